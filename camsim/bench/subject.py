@@ -46,7 +46,7 @@ class Subject:
 
     @classmethod
     def of(cls, capture: Capture, region: Region | None) -> Subject:
-        """Return the subject of a capture; ``region`` is of the sensor's frame, None: the capture's."""
+        """Return the subject of a capture; ``region``: a window of the sensor's frame, None for the capture's own."""
         camera, samples = capture.camera, capture.samples
         grid = capture.grid if region is None else camera.grid(region)
         response = camera.electrons_per_reflectance(samples, capture.time_s)

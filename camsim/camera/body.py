@@ -277,7 +277,7 @@ class Body(Electronics):
 
     @property
     def prnu_on_grey(self) -> float:
-        """PRNU as measured in a frame with equal channels; less than each gain's, as crosstalk averages neighbours."""
+        """PRNU as measured in a frame with equal channels: crosstalk averages neighbours, and so makes it smaller."""
         if self.prnu is None or self.crosstalk is None:
             return 0.0 if self.prnu is None else self.prnu.fraction
         even = np.ones(len(self.cfa.channels))

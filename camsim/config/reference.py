@@ -44,7 +44,7 @@ def _with_or_without_a_lens(scene: dict[str, Any], shot: dict[str, Any]) -> dict
 
 
 def examples() -> dict[str, list[str]]:
-    """Return parts of files by the name of the schema's table that they show; together they have every key."""
+    """Return examples, by the name of the schema's table that each of them shows; together they have every key."""
     found: dict[str, list[str]] = yaml.safe_load(files("camsim.config").joinpath("examples.yaml").read_text("utf-8"))
     return found
 

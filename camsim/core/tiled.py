@@ -50,7 +50,7 @@ Channels: TypeAlias = U8 | Tiled
 def multiply(rows: F64, channel: Channels, first: int, values: F64, out: F64) -> None:
     """Write rows of a frame from its row ``first`` on, each photosite multiplied by the value of its channel.
 
-    out : of the same shape, or the rows themselves
+    out : array for the result, of the same shape as the rows; may be the rows themselves
 
     >>> rows = np.ones((2, 3))
     >>> multiply(rows, Tiled(np.array([[0, 1], [1, 2]], np.uint8), (9, 3)), 1, np.array([2.0, 3.0, 4.0]), rows)

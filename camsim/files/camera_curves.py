@@ -38,7 +38,7 @@ _PER_WATT = re.compile(r"a\s*/\s*w\b|\bper\s+watt", re.IGNORECASE)
 class CameraCurves:
     """The sensitivities of one camera.
 
-    curves   : by letter, in the file's order
+    curves   : curve of each channel by its letter, in the file's order
     per      : whether the curves are responses per photon or per energy
     absolute : whether they are electrons per photon, or A/W if per energy; otherwise their scale is free
     whole    : whether they include the camera's filters, as when a camera was measured; those of a bare chip do not

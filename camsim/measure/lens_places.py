@@ -62,7 +62,7 @@ def middles_um(
     surfaces : the two surfaces at the edges; their difference weights the wavelengths
     channels : channels of a picture, G1 and G2 separate; those that the camera lacks are omitted; None: the camera's
 
-    An asymmetric PSF shifts it, and so do an asymmetric photosite and crosstalk.
+    The centroid is shifted by an asymmetric PSF, an asymmetric photosite and crosstalk.
     """
     camera = capture.camera
     samples = camera.samples(capture.light, surfaces)

@@ -15,8 +15,8 @@ def shared_scatter(place: F64, rows: Placed, r: F64, one: F64, model: Model, inv
     place : row, or column, of each photosite;  rows: rows of the fit's matrix
     r     : residuals of photosites;  one: their variances, as if all were independent
 
-    For independent photosites the sum of squares of residual sums over places is known, with V their variances, H
-    the hat matrix and Z the incidence of photosites and places:
+    For independent photosites the expected sum of squares of the places' residual sums is known. With V the variances,
+    H the hat matrix and Z the incidence of photosites and places, it is
 
         E Σ_j (Σ_i∈j r_i)² = tr Zᵀ(1 − H)V(1 − H)Z;
 

@@ -15,7 +15,7 @@ _RIDGE = 1e-9
 def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, stray: F64 | None = None) -> tuple[F64, F64]:
     """Return the coefficients and the inverse of the normal equations; for columns left out, both are zero.
 
-    tail   : with the tail and the shading across the edge
+    tail   : whether the tail and the shading across the edge are fitted
     stray : penalties on the squares of the coefficients of light from other edges; None leaves them out
     """
     matrix, right = spline.normal_equations(rows, v, model)

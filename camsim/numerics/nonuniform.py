@@ -22,7 +22,7 @@ COARSE, FINER = 1e-9, ((1e-9, 1.25), (1e-12, 1.5), (0.0, 2.0))
 
 
 def finer(precision: float) -> float:
-    """Return the upsampling factor of the grid for a precision: a smaller one makes points spread over more cells."""
+    """Return the upsampling factor of the grid for a precision; with a smaller factor points spread over more cells."""
     return next(larger for finest, larger in FINER if precision >= finest)
 
 

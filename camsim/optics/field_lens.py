@@ -34,7 +34,7 @@ class FieldLens:
     The PSF at each photosite is that of its place. A lens of revolution is given along one radius, by ``height_um``;
     any other on a grid of places, by ``x_um`` and ``y_um``.
 
-    f_number      : on the axis, used at every place
+    f_number      : f-number on the axis, used at every place
     wavelength_nm : (w,) increasing. Path differences are interpolated by a spline; with one wavelength they are the
                     same lengths at every wavelength
     zernike       : (k,) OSA/ANSI indices. For a lens of revolution only those with cosines, for the field along +x; at

@@ -34,7 +34,7 @@ class _Rectangle:
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
-        """How far it reaches from its centre along x and y, µm."""
+        """How far the photosite reaches from its centre along x and y, µm."""
         width, height = self.sides_um
         return 0.5 * width, 0.5 * height
 
@@ -132,7 +132,7 @@ class CircularPhotosite:
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
-        """How far it reaches from its centre along x and y, µm."""
+        """How far the photosite reaches from its centre along x and y, µm."""
         return 0.5 * self.diameter_um, 0.5 * self.diameter_um
 
     @property
@@ -178,7 +178,7 @@ class RoundedPhotosite:
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
-        """How far it reaches from its centre along x and y, µm."""
+        """How far the photosite reaches from its centre along x and y, µm."""
         return 0.5 * self.width_um, 0.5 * self.height_um
 
     @property
@@ -254,7 +254,7 @@ class PolygonPhotosite:
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
-        """How far it reaches from its centre along x and y, µm."""
+        """How far the photosite reaches from its centre along x and y, µm."""
         reach = np.abs(np.array(self.points_um)).max(axis=0)
         return float(reach[0]), float(reach[1])
 

@@ -108,7 +108,7 @@ class PhotositeShape(OpticalStage, _Ability, Protocol):
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
-        """Largest distance from its centre along x and y, µm."""
+        """How far the photosite reaches from its centre along x and y, µm."""
 
 
 @runtime_checkable

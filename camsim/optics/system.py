@@ -48,7 +48,7 @@ class OpticalSystem:
 
     @classmethod
     def of(cls, stages: Sequence[OpticalStage]) -> OpticalSystem:
-        """Sort a list of stages into their roles, with at most one stage for each."""
+        """Return the system of a list of stages, with at most one stage for each role."""
         stages = check(stages, tuple[Any, ...], "optics")
         places: dict[str, Any] = {}
         more: list[OpticalStage] = []

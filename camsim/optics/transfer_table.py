@@ -70,7 +70,7 @@ class TransferTable:
     def in_panels(self, frequency_per_um: F64, each: int) -> C128:
         """Return transfers (j, n, panels, each + 3) in evenly spaced directions from a step before each panel.
 
-        frequency_per_um : (n,) ρ/λN, in units of the border's direction
+        frequency_per_um : (n,) values of ρ/λN, with ρ measured by ``border`` in each direction
         """
         count = self.values.shape[2] // self.panels
         place = np.arange(-1.0, each + 2.0) / each

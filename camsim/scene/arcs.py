@@ -36,7 +36,7 @@ class Away(Protocol):
     """Accuracy required of distant curves, which decreases with distance."""
 
     def reached_by(self, curves: Curves) -> bool:
-        """Return whether any of the curves leaves the near region."""
+        """Return whether any of the curves leaves the region near the frame."""
         ...
 
     def much_of(self, curves: Curves) -> float:
@@ -44,15 +44,15 @@ class Away(Protocol):
         ...
 
     def enough(self, begin: C128, finish: C128, allowed: float) -> F64:
-        """Return the largest allowed deviation of curves between places (n,), 0 where they are near."""
+        """Return the largest allowed deviation of curves between places (n,); 0 where the curves are near."""
         ...
 
 
 class Fineness(NamedTuple):
     """Accuracy of the approximation of curves; pitches.
 
-    longest : shortest wavelength that the optics transmit
-    allowed : error of a photosite, relative to full scale
+    longest : shortest period that the optics transmit
+    allowed : allowed error of a photosite, relative to full scale
     away    : accuracy of distant parts; None if the decay of the PSF is unknown
     """
 
@@ -81,8 +81,8 @@ class Arcs(NamedTuple):
 def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float = 0.0) -> Arcs:
     """Approximate curves that are neither straight nor circles.
 
-    cut   : others may cross them: then each half of a biarc must match its area, for a few pairs
-    least : pitches: parts that turn back within less, as in a cusp, where no biarc fits, become lines
+    cut   : whether other curves may cross these; then each half of a biarc must match its area, for a few pairs
+    least : length in pitches; parts that turn back within less, as in a cusp, where no biarc fits, become lines
     """
     owner = np.repeat(np.arange(len(curves.kind)), 4)
     t0 = np.tile(np.arange(4) / 4.0, len(curves.kind))

@@ -22,12 +22,12 @@ from camsim.spectra.curve import Spectrum
 class Arrangement:
     """The visible regions' edges.
 
-    start_um, end_um : (n, 2) x, y in µm
+    start_um, end_um : (n, 2) x, y of the edges' ends, µm
     left, right      : (n,) index into ``spectra`` of the side where cross(end − start, x − start) is above 0
                        (in a frame with y down that is the viewer's right), and of the other side
     spectra          : distinct reflectances; index 0 is the background
-    sides            : (primitives,) of each shape's outlines, before one covers another
-    hidden           : (primitives,) those fully covered by a single later one
+    sides            : (primitives,) number of sides of each shape's outlines, before one covers another
+    hidden           : (primitives,) mask of those that a single later one covers fully
     """
 
     start_um: F64
@@ -50,7 +50,7 @@ def arrange(
     """Remove covered parts, join regions of equal spectrum, and list the remaining edges.
 
     limits     : resolution of curved outlines as sides (``sides.polygons``)
-    primitives : of the scene, if already computed
+    primitives : those of the scene, if already computed
 
     Every visible region contributes its outline against the background; where two regions share an edge
     exactly, the two become one edge with both spectra. Equal spectra on both sides leave no edge.

@@ -18,7 +18,7 @@ AT_ONCE = 1 << 20  # stretches times places
 
 
 def covered(places_um: F64, before: I64, primitives: Sequence[Primitive]) -> np.ndarray:
-    """Return a mask of places (n, 2) covered by primitives; before: (n,) index of the first primitive to test.
+    """Return a mask of places (n, 2) that primitives cover; before: (n,) index of the first primitive to test.
 
     >>> import numpy as np
     >>> from camsim.scene import Disc, flattened

@@ -19,7 +19,7 @@ class Curves(NamedTuple):
 
     points   : (n, 4, 2) x, y in µm: start, two more, end. The two are a cubic's control points; of an arc they are the
                vectors u, v of two half axes, start − u is its centre and centre + u·cos φ + v·sin φ runs along it
-    turn_rad : (n,) of an arc, the range of φ from 0
+    turn_rad : (n,) for an arc, the range of φ from 0 on
     kind     : (n,) STRAIGHT, CUBIC or ARC
     first    : (loops + 1,) index of the first piece of each loop
     """
@@ -222,18 +222,18 @@ class Pen:
         self.start = self.place = (x, y)
 
     def line(self, x: float, y: float) -> None:
-        """Draw a straight piece."""
+        """Draw a straight piece to (x, y)."""
         if (x, y) != self.place:
             self._add((self.place, self.place, (x, y), (x, y)), 0.0, STRAIGHT)
 
     def quadratic(self, x1: float, y1: float, x: float, y: float) -> None:
-        """Draw a quadratic Bézier curve, as a cubic."""
+        """Draw a quadratic Bézier curve to (x, y), as a cubic."""
         x0, y0 = self.place
         one = (x0 + 2.0 / 3.0 * (x1 - x0), y0 + 2.0 / 3.0 * (y1 - y0))
         self.cubic(*one, x + 2.0 / 3.0 * (x1 - x), y + 2.0 / 3.0 * (y1 - y), x, y)
 
     def cubic(self, x1: float, y1: float, x2: float, y2: float, x: float, y: float) -> None:
-        """Draw a cubic Bézier curve."""
+        """Draw a cubic Bézier curve to (x, y)."""
         points = (self.place, (x1, y1), (x2, y2), (x, y))
         if len(set(points)) > 1:
             self._add(points, 0.0, CUBIC)

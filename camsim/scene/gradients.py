@@ -32,7 +32,7 @@ class Gradient(Field):
 
     @property
     def rotate_deg(self) -> float:
-        """Rotation of its axes, clockwise as displayed."""
+        """Rotation of the field's axes, clockwise as displayed."""
         return 0.0
 
     def __post_init__(self) -> None:
@@ -41,21 +41,21 @@ class Gradient(Field):
     @property
     @abc.abstractmethod
     def half_um(self) -> tuple[float, float]:
-        """Half its extent along its axes."""
+        """Half the extent of the field along its axes."""
 
     @property
     def cycles_per_um(self) -> float:
-        """Its highest local frequency; 0 for polynomials of degree 3 or less."""
+        """The highest local frequency of the field; 0 for polynomials of degree 3 or less."""
         return 0.0
 
     @property
     def smallest_um(self) -> float:
-        """Shortest length scale of other variations."""
+        """The shortest length over which the field varies in other ways than by that frequency."""
         return math.inf
 
     @abc.abstractmethod
     def value(self, x_um: F64, y_um: F64) -> F64:
-        """Return its value at points relative to its centre, along its axes; continued smoothly beyond its rim."""
+        """Return the field at points relative to its centre, along its axes; continued smoothly beyond its rim."""
 
     @property
     def spectra(self) -> tuple[Spectrum, ...]:
@@ -171,7 +171,7 @@ class RadialGradient(RoundGradient):
 class SineGrating(Oblong, Gradient):
     """A rectangle with a sinusoid along its width, then rotated.
 
-    period_um : of a wave;  phase_deg: of the wave in its centre, 0 is bright
+    period_um : length of a wave;  phase_deg: phase of the wave in the rectangle's centre; at 0 the centre is bright
 
     >>> SineGrating(width_um=80.0, height_um=40.0, period_um=10.0, low=0.1, high=0.7).period_um
     10.0
@@ -216,7 +216,8 @@ class SineGrating(Oblong, Gradient):
 class SineStar(RoundGradient):
     """A sinusoidal Siemens star: a ring whose reflectance is a sinusoid of the angle.
 
-    cycles : around it;  rotate_deg: of the first bright middle from the right, clockwise as displayed
+    cycles     : number of waves around the star
+    rotate_deg : direction of the first bright middle from the right, clockwise as displayed
 
     >>> SineStar(radius_um=80.0, inner_radius_um=5.0, cycles=36, low=0.1, high=0.7).cycles
     36
@@ -250,12 +251,12 @@ class SineStar(RoundGradient):
 
     @property
     def cycles_per_um(self) -> float:
-        """The frequency along its inner circle."""
+        """The frequency along the inner circle, the highest of the star."""
         return self.cycles / (2.0 * math.pi * self.inner_radius_um)
 
     @property
     def smallest_um(self) -> float:
-        """Its inner radius: inside, where it is invisible, the waves fade out."""
+        """The inner radius; inside it, where nothing is visible, the waves fade out."""
         return self.inner_radius_um
 
     def value(self, x_um: F64, y_um: F64) -> F64:
@@ -268,7 +269,7 @@ class SineStar(RoundGradient):
         return value
 
     def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its ring."""
+        """Return the ring of the field, filled with one reflectance."""
         return Ring(
             radius_um=self.radius_um,
             inner_radius_um=self.inner_radius_um,
@@ -281,7 +282,7 @@ class SineStar(RoundGradient):
 class SineZonePlate(RoundGradient):
     """A disc of circular waves whose frequency rises evenly from 0 in its centre, which is bright.
 
-    finest_period_um : at its rim
+    finest_period_um : length of a wave at the rim
 
     >>> SineZonePlate(radius_um=80.0, finest_period_um=8.0).finest_period_um
     8.0

@@ -24,7 +24,7 @@ from camsim.spectra.curve import Spectrum
 class Outlines:
     """The loops of all primitives, with their owners.
 
-    curves : all;  loop_of: (loops,) the primitive of each;  layer_of: (loops,) its layer, numbered over all primitives
+    curves : all loops;  loop_of: (loops,) primitive of each;  layer_of: (loops,) layer, numbered over all primitives
     simple : (primitives,) see ``Fill``
     """
 
@@ -48,7 +48,7 @@ class Outlines:
         )
 
     def some(self, which: I64) -> Outlines:
-        """Return those of selected primitives, in the order of their numbers."""
+        """Return the outlines of selected primitives, in the order of their numbers."""
         number = np.full(len(self.simple), -1)
         number[which] = np.arange(len(which))
         loops = number[self.loop_of] >= 0
@@ -78,7 +78,7 @@ class Outlines:
         return around
 
     def polygons(self, limits: SideLimits, *, meets: np.ndarray | None = None) -> Polygons:
-        """Return all loops as polygons; ``meets``: (primitives,) those that another outline may cut; None: none."""
+        """Return all loops as polygons; ``meets``: (primitives,) mask of those that another outline may cut."""
         if not len(self.owner):
             return Polygons(np.empty((0, 2)), np.zeros(1, np.int64))
         # A clip of many shapes is an outline of each: it is cut into sides once, and does not cut itself.
@@ -98,7 +98,7 @@ class Outlines:
         ]
 
     def rings(self, limits: SideLimits) -> list[list[F64]]:
-        """Return the polygons of each primitive, if no outlines cut one another."""
+        """Return the polygons of each primitive, for outlines that do not cut one another."""
         return self.each(self.polygons(limits), np.arange(len(self.simple)))
 
 

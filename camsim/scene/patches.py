@@ -12,7 +12,7 @@ from camsim.scene.regions import filled
 
 
 def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:
-    """Return the part of each square within the outline, and its area."""
+    """Return the part of each square that lies within the outline, and the area of that part."""
     import shapely
 
     geometry = _geometry(start, end)

@@ -43,14 +43,14 @@ class Picture(Raster, Oblong):
     planes        : (planes, rows, cols) or (rows, cols) numbers, row 0 at the top
     spectra       : of every plane: the reflectance at a sample is the sum of plane × spectrum, from 0 to 1. Curves go
                     on beyond their tables as they end, unless they say otherwise
-    width_um      : of the whole picture; its height follows, for every sample stands for a square
-    centre_um     : of the picture
-    rotate_deg    : clockwise as displayed
+    width_um      : width of the whole picture; the height follows, as every sample stands for a square
+    centre_um     : centre of the picture
+    rotate_deg    : rotation, clockwise as displayed
     interpolation : between samples: "squares" (each is a square of one colour), "linear", or "cubic" (a spline through
                     the samples, which may swing beyond them). At its rim the picture ends sharply, half a sample beyond
                     the outermost ones, and goes on as its mirror image up to there
-    source        : what reports and files call it;  sha256: of its samples and spectra, which files do not hold
-    read          : how ``read_picture`` made it of a file, for those who read that again
+    source        : name of the picture in reports and files;  sha256: hash of samples and spectra, which no file holds
+    read          : how ``read_picture`` read it from a file, so that it can be read again
 
     >>> picture = Picture.of_rgb(np.full((2, 3, 3), (0.5, 0.4, 0.3)), width_um=30.0)
     >>> picture.shape, picture.height_um, len(picture.spectra)
@@ -141,9 +141,9 @@ class Picture(Raster, Oblong):
     ) -> Picture:
         """Return a picture of the colours of sRGB (rows, cols, 3), from 0 to 1; a grey one may be (rows, cols).
 
-        encoding : what the numbers are: "linear", in proportion to light; "srgb", as pictures on screens and in files
-                   are; or an exponent such as 2.2. Numbers that show what they are may do without: light that was
-                   computed or measured is linear. Codes, uint8 or uint16, or such divided by their largest, may not
+        encoding : "linear", for numbers in proportion to light; "srgb", as pictures on screens and in files are; or an
+                   exponent such as 2.2. It may be left out for computed or measured light, which is linear, but not for
+                   codes: uint8, uint16, or these divided by their largest
 
         Three planes with the spectra of Mallett & Yuksel (2019): smooth, from 0 to 1, of exactly that colour under D65,
         and flat where a sample is grey. The rest is as of the class.
@@ -207,7 +207,7 @@ class Picture(Raster, Oblong):
 
     @property
     def reflectance(self) -> Spectrum:
-        """Its mean over all samples: its surface where only outlines matter."""
+        """The mean of all samples, which stands for the picture where only outlines matter."""
         means = self.planes.mean(axis=(1, 2), dtype=np.float64)
         nodes, values = _tabulated(self.spectra)
         total = np.clip(np.einsum("p,pn->n", means, values), 0.0, 1.0)

@@ -21,11 +21,11 @@ NOTHING = Group(shapes=())
 class PointSource(Field):
     """A point of light. It has no area and hides nothing; what is painted after it and covers it hides it.
 
-    electrons   : that all photosites together collect of it in one frame, were all of the channel that collects most
-                  (on average over its places, where they do not fill their pitch); the exposure does not change them
-    photosites  : or, in its place, how many photosites full of a surface of this reflectance send as much light
-    centre_um   : where it is, anywhere between the photosites
-    reflectance : of a surface with light of that colour, under the light of the scene
+    electrons   : what all photosites together would collect of the point in one frame if all had the channel that
+                  collects most (if they do not fill their pitch, the mean over positions), whatever the exposure
+    photosites  : instead: number of photosites that a surface of this reflectance would cover to send as much light
+    centre_um   : place of the point, anywhere between the photosites
+    reflectance : colour of the point, as that of a surface in the scene's light
 
     >>> star = PointSource(electrons=2e4, centre_um=(0.3, -1.1))
     >>> star.electrons, star.reflectance
@@ -56,7 +56,7 @@ class PointSource(Field):
             raise refusal(self, "electrons", missing if self.electrons is None else twice)
 
     def exposed(self, wavelength_nm: F64, electrons: F64) -> PointSource:
-        """Return it in photosites; electrons: (channels, n) of one full of a perfect diffuser, by wavelength."""
+        """Return the point in units of photosites; electrons: (channels, n) of a perfect diffuser, by wavelength."""
         if self.electrons is None:
             return self
         most = float((electrons @ spectrum_at(self.reflectance, wavelength_nm)).max())
@@ -65,9 +65,9 @@ class PointSource(Field):
 
     @property
     def surfaces(self) -> tuple[Spectrum, ...]:
-        """Its spectrum."""
+        """The spectrum of the point."""
         return (self.reflectance,)
 
     def frame(self, reflectance: Spectrum) -> Shape:
-        """Return nothing: it has no outline."""
+        """Return nothing, as a point has no outline."""
         return NOTHING

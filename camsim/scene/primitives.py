@@ -27,9 +27,9 @@ FillRule = Literal["nonzero", "evenodd"]
 
 
 class Fill(NamedTuple):
-    """The interior of loops: non-zero or odd winding number.
+    """The interior of loops, where the winding number is not zero or, by the other rule, odd.
 
-    simple : no loop crosses itself or another one; the first is the outline and the others are holes in it
+    simple : whether no loop crosses itself or another one, and all but the first are holes in the first
     """
 
     curves: Curves
@@ -38,17 +38,17 @@ class Fill(NamedTuple):
 
 
 class Primitive(NamedTuple):
-    """One painted area: points inside some fill of every layer (the shape, and its clips)."""
+    """One painted area: the points that lie in a fill of every layer, where the layers are a shape and its clips."""
 
     layers: tuple[tuple[Fill, ...], ...]
     reflectance: Spectrum
 
     def moved(self, matrix: F64) -> Primitive:
-        """Return it transformed by a linear map (2, 3)."""
+        """Return the primitive transformed by a linear map (2, 3)."""
         return self._changed(lambda curves: curves.moved(matrix))
 
     def shifted(self, by_um: F64) -> Primitive:
-        """Return it translated by a vector."""
+        """Return the primitive translated by a vector."""
         return self._changed(lambda curves: curves.shifted(by_um))
 
     def _changed(self, change: Callable[[Curves], Curves]) -> Primitive:
@@ -62,7 +62,7 @@ class Primitive(NamedTuple):
 
     @property
     def simple(self) -> bool:
-        """Whether it is one outline with holes, without crossings."""
+        """Whether the primitive is one outline with holes, without crossings."""
         return len(self.layers) == 1 and len(self.layers[0]) == 1 and self.layers[0][0].simple
 
 
@@ -75,7 +75,7 @@ class Paints(Protocol):
 
 
 class Shape(Paints, Protocol):
-    """What a scene is made of.
+    """Protocol of the parts that a scene is made of.
 
     depth, pieces : nesting of groups, and number of sides and curves; a shape counts them before it makes them
     """
@@ -131,7 +131,7 @@ class Compound(Shape):
 
 
 def flattened(shapes: Iterable[Paints]) -> list[Primitive]:
-    """Return all that shapes are painted as, in painter's order: no groups, repeats or transforms are left.
+    """Return the primitives of shapes in painter's order; no groups, repeats or transforms are left.
 
     >>> from camsim.scene import Disc, Group
     >>> group = Group(shapes=[Disc(radius_um=1.0, reflectance=0.0)], move_um=(3.0, 0.0), scale=2.0)

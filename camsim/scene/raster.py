@@ -32,7 +32,7 @@ class Raster:
 
     @property
     def kind(self) -> str:
-        """Its name in explanations."""
+        """Name of this kind of field in explanations."""
         return "picture"
 
     @property
@@ -76,19 +76,19 @@ class Field(abc.ABC):
     @property
     @abc.abstractmethod
     def reflectance(self) -> Spectrum:
-        """Its mean: its surface where only outlines matter."""
+        """The mean of the field, which stands for it where only outlines matter."""
 
     @property
     @abc.abstractmethod
     def surfaces(self) -> tuple[Spectrum, ...]:
-        """Curves with every kink of its spectra, for quadrature."""
+        """Curves with every kink of the field's spectra, for quadrature."""
 
     @abc.abstractmethod
     def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its outline in one colour."""
+        """Return the field's outline, filled with one colour."""
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return its outline in its mean colour, where only outlines matter."""
+        """Return the field's outline, filled with the mean colour."""
         return self.frame(self.reflectance).primitives()
 
 

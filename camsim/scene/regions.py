@@ -27,7 +27,7 @@ CLEAR = 2e-3  # relative to that size: least distance between and within outline
 def region_of(rings: Sequence[F64], rule: FillRule, *, simple: bool) -> Any:
     """Return the region enclosed by rings (n, 2).
 
-    simple : the first is the outline, the others are holes; they cross at most through coarse sides
+    simple : whether the first ring is the outline and the others are holes, which cross at most by coarse sides
     """
     import shapely
 
@@ -95,7 +95,7 @@ def _lines(rings: Sequence[F64]) -> Any:
 
 
 def without(area: Any, others: Iterable[Any]) -> Any:
-    """Return an area without others; see ``_sure``."""
+    """Return an area minus others, made valid by ``_sure``."""
     for other in others:
         area = area if area.is_empty else _less(area, other)
     return area
@@ -129,7 +129,7 @@ def _about(area: Any, other: Any) -> Any:
 
 
 def common(area: Any, other: Any) -> Any:
-    """Return the intersection of two areas; see ``_sure``."""
+    """Return the intersection of two areas, made valid by ``_sure``."""
     import shapely
 
     from camsim.scene.overlap import common_area
@@ -139,7 +139,7 @@ def common(area: Any, other: Any) -> Any:
 
 
 def joined_areas(areas: Sequence[Any]) -> Any:
-    """Return the union of areas that do not overlap; see ``_sure``."""
+    """Return the union of areas that do not overlap, made valid by ``_sure``."""
     import shapely
 
     if len(areas) == 1:
@@ -205,7 +205,7 @@ def rings_of(geometry: Any) -> list[F64]:
 
 
 def positive(outline: F64) -> F64:
-    """Return the outline in the direction with its interior where the cross product is positive."""
+    """Return the outline in the direction that has the interior where the cross product is positive."""
     return outline if _area(outline) > 0 else outline[::-1].copy()
 
 

@@ -25,10 +25,10 @@ TOGETHER = 4_000_000  # intervals processed at a time
 class Rims(NamedTuple):
     """Visible parts of rims, each from a start angle, in the positive direction.
 
-    disc, behind : (n,) index of the disc, and the region behind, 0 for the background
-    centre_um, radius_um : (n, 2), (n,)
-    from_rad, turn_rad   : (n,); a turn of 2π is a whole rim
-    start_um, end_um     : (n, 2) its ends, bit-identical to those of adjacent parts
+    disc, behind : (n,) index of the disc, and of the region behind it, 0 for the background
+    centre_um, radius_um : (n, 2) centre and (n,) radius of the disc
+    from_rad, turn_rad   : (n,) start angle, and how far the part turns; 2π is a whole rim
+    start_um, end_um     : (n, 2) ends of the part, bit-identical to those of adjacent parts
     """
 
     disc: I64
@@ -42,7 +42,7 @@ class Rims(NamedTuple):
 
     @property
     def whole(self) -> np.ndarray:
-        """Mask of closed parts (n,)."""
+        """Mask (n,) of parts that are whole rims."""
         return np.asarray(self.turn_rad == math.tau)
 
 
@@ -82,7 +82,7 @@ class Discs(NamedTuple):
         return found
 
     def covered(self, first: I64, second: I64) -> np.ndarray:
-        """Return a mask of pairs whose first is fully within the second."""
+        """Return a mask of the pairs of discs whose first is fully within the second."""
         gap = np.hypot(*(self.centre_um[second] - self.centre_um[first]).T)
         slack = TANGENT * (np.abs(self.centre_um).max(axis=1, initial=0.0) + self.radius_um)
         within: np.ndarray = self.sound[first] & self.sound[second]
@@ -90,7 +90,7 @@ class Discs(NamedTuple):
         return within
 
     def among_discs(self, first: I64, second: I64) -> np.ndarray:
-        """Return a mask of discs that meet only discs; the pairs may meet."""
+        """Return a mask of discs that meet only discs; ``first``, ``second``: pairs of primitives that may meet."""
         sound, centre, radius = self.sound.copy(), self.centre_um, self.radius_um
         gap = np.hypot(*(centre[second] - centre[first]).T)
         size = np.abs(centre).max(axis=1, initial=0.0) + radius
@@ -106,7 +106,7 @@ class Discs(NamedTuple):
 def rims_of(centre: F64, radius: F64, region: I64, pairs: tuple[I64, I64]) -> Rims:
     """Return the visible parts of the rims of discs in painter's order.
 
-    region : (n,) of each; parts with the same region on both sides are omitted
+    region : (n,) region of each disc; parts with the same region on both sides are omitted
     pairs  : discs that may meet, the earlier one first
     """
     met, inner, outer = _meetings(centre, radius, *pairs)

@@ -52,7 +52,7 @@ class Scene:
 
     @property
     def spectra(self) -> tuple[Spectrum, ...]:
-        """Distinct curves with every kink of the scene's reflectances, for quadrature; the background's first."""
+        """Distinct curves with every kink of the scene's reflectances, for quadrature; the background comes first."""
         painted: list[Spectrum] = [self.background]
         for shape in self.shapes:
             each = shape.surfaces if isinstance(shape, Field) else (one.reflectance for one in shape.primitives())

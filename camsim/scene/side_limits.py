@@ -42,7 +42,7 @@ class SideLimits(NamedTuple):
     textured: bool = False
 
     def side_um(self, radius_um: F64, cut: np.ndarray | bool) -> F64:
-        """Return the longest sides (n,); cut: for outlines that another may cut, or with a varying radius.
+        """Return the longest sides (n,) allowed; cut: for outlines that another may cut, or of varying radius.
 
         Otherwise those of a full circle.
         """
@@ -71,7 +71,7 @@ class SideLimits(NamedTuple):
 
 
 def validate_sides(total: float) -> None:
-    """Raise for more sides than memory holds."""
+    """Raise if there are more sides than memory holds."""
     if total > MOST_SIDES:
         raise InvalidValueError(
             f"curves of the scene would take {total:.3g} sides at this tolerance; the most is {MOST_SIDES:g}: "

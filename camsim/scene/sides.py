@@ -29,7 +29,7 @@ class Polygons(NamedTuple):
 
     @property
     def each(self) -> list[F64]:
-        """The corners of each."""
+        """The corners (n, 2) of each polygon."""
         return np.split(self.corners_um, self.first[1:-1])
 
     def some(self, loops: np.ndarray) -> Polygons:
@@ -44,8 +44,11 @@ class Polygons(NamedTuple):
         return Polygons(self.corners_um[np.arange(first[-1]) + np.repeat(self.first[kind] - first[:-1], counts)], first)
 
     def sides_um(self, outer: np.ndarray) -> tuple[F64, F64]:
-        """Return where all sides start and end (n, 2): those that are ``outer`` (loops,) the positive way round, their
-        inside where the cross product is positive, and holes the other."""
+        """Return the starts and ends (n, 2) of all sides.
+
+        Polygons that are ``outer`` (loops,) run so that their inside is where the cross product is positive; holes run
+        the other way.
+        """
         loop = np.repeat(np.arange(len(outer)), np.diff(self.first))
         following = followers(self.first)
         base = self.corners_um - self.corners_um[self.first[:-1]][loop]
@@ -56,7 +59,7 @@ class Polygons(NamedTuple):
 
 
 def polygons(curves: Curves, limits: SideLimits, cut: np.ndarray | None = None) -> Polygons:
-    """Return the loops as polygons; ``cut``: (loops,) those that another outline may cut, None for none."""
+    """Return the loops as polygons; ``cut``: (loops,) mask of those that another outline may cut, None for none."""
     if not np.any(curves.kind != STRAIGHT):
         return Polygons(curves.points[:, 0], curves.first)
     following = followers(curves.first)

@@ -75,7 +75,7 @@ def _angle(a: F64, b: F64) -> F64:
 
 
 def gradual(longest_um: F64, found: Stretches) -> F64:
-    """Return lengths (n,) of sides that rise by no more than a part of each stretch along a curve, either way.
+    """Return lengths (n,) of sides that, along a curve in either direction, rise by at most a part of each stretch.
 
     Otherwise a side that starts among short ones could be as long as distant ones and cut off the curve between:
     an error of 0.65 of full scale for a disc of 60 000 photosites.

@@ -24,9 +24,9 @@ ROUGH = 0.01  # of a shape's size: bound of the deviation of a rough outline
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Covers:
-    """Which primitives may cover which.
+    """The pairs of primitives of which the later one may cover the earlier one.
 
-    seen     : those not hidden by a single later one, in painter's order
+    seen     : primitives that no single later one hides, in painter's order
     first, second : pairs with touching boxes, as indices into ``seen``; the first is painted earlier
     alone    : (seen,) those that touch no other and have simple outlines: their coordinates stay exact
     """
@@ -51,21 +51,21 @@ class Covers:
         return cls(seen, first, second, alone)
 
     def some(self, which: np.ndarray) -> Covers:
-        """Return the covers among selected ones, which meet none of the others."""
+        """Return the covers among selected primitives, which meet none of the others."""
         number = np.cumsum(which) - 1
         selected = which[self.first]
         first, second = number[self.first[selected]], number[self.second[selected]]
         return Covers(self.seen[which], first, second, self.alone[which])
 
     def met(self, pairs: np.ndarray) -> Covers:
-        """Return the same with known meeting pairs: those without any are alone, simple or not."""
+        """Return the covers when it is known which pairs meet: primitives in no such pair are alone, simple or not."""
         first, second = self.first[pairs], self.second[pairs]
         alone = np.ones(len(self.seen), bool)
         alone[first] = alone[second] = False
         return Covers(self.seen, first, second, alone)
 
     def after(self) -> list[I64]:
-        """Return the later primitives that each touches."""
+        """Return, for each primitive, the later ones that it touches."""
         order = np.lexsort((self.second, self.first))
         parts = np.searchsorted(self.first[order], np.arange(1, len(self.seen)))
         return np.split(self.second[order], parts)

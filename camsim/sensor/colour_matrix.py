@@ -202,8 +202,8 @@ def _measured(response: ColourResponse, light: str) -> ColourFit:
 def fit_to_scene(response: ColourResponse) -> ColourFit:
     """Fit like :func:`fit`, but under the light of the capture, and return the result adapted to D65.
 
-    Raw developers use the D65 matrix whatever the light. So the fit under the scene's light is adapted to take
-    the light's white to D65's: balanced by ``neutral``, it is then correct for the scene.
+    Raw developers use the D65 matrix whatever the light. So the fit under the scene's light is adapted such
+    that the white of that light becomes D65's: balanced by ``neutral``, it is then correct for the scene.
     """
     fitted = _fit(response, response.light, "under the scene's light", "use colour_matrix: standard")
     return fitted.seen_under(fit_white("D65"))

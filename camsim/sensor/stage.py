@@ -161,7 +161,7 @@ class Context:
 
 @runtime_checkable
 class ElectronicStage(Protocol):
-    """Base class of stages, frozen dataclasses: a subclass has ``apply``, and what differs from these defaults.
+    """Base class of stages: a subclass is a frozen dataclass with ``apply`` and the attributes that differ from these.
 
     name          : name of the camera's field for the stage, with which its error messages begin
     phases        : when it acts, mostly one

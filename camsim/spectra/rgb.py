@@ -110,7 +110,7 @@ def linear_colours(
 
     samples  : (rows, cols) or (rows, cols, 3)
     encoding : encoding of the numbers; None if not declared: then raises for values that are evidently not linear
-    of_codes : encoding of integers without it;  largest: code, if less than that of the type
+    of_codes : encoding of integers if ``encoding`` is None;  largest: largest code, if less than that of their type
 
     Raises InvalidValueError, by ``key`` or "encoding", with what to give.
     """

@@ -138,9 +138,9 @@ def noise_model(frame: Frame, capture: Exposed) -> dict[str, Any]:
     In codes above black, for a photosite with mean light m: the mean signal is m + dark_dn, and the mean squared
     deviation is shot_dn · (m + dark_dn) + read_dn2 + (prnu · m)² + dsnu_dn². The first two terms are temporal, the
     others fixed patterns of the sensor. read_dn2 includes rounding, 1/12 DN² at every ISO, as the gain acts before the
-    converter. dsnu_dn combines all fixed offsets: DSNU, columns, non-uniform dark current. prnu is that after
-    crosstalk, which averages independent gains, on a uniform grey. No term includes non-linearity, as m precedes it; a
-    DNG's NoiseProfile is for codes, and includes the slope at mid-grey.
+    converter. dsnu_dn combines all fixed offsets: DSNU, columns, non-uniform dark current. prnu is the PRNU on a
+    uniform grey after crosstalk, which averages independent gains. No term includes the non-linearity, which comes
+    after m; the NoiseProfile of a DNG is for codes, and includes the slope at mid-grey.
     """
     gain, acting, dark_e = frame.electrons_per_dn, capture.electronics, capture.dark_e
     offsets_e = [0.0]

@@ -13,7 +13,7 @@ _HIGH = "reflectance where it is brightest"
 
 
 class LinearGradient(Table):
-    """A rectangle that goes evenly from one reflectance to another."""
+    """A rectangle whose reflectance changes evenly from one side to the other."""
 
     kind: Literal["linear-gradient"] = Field(description="which shape")
     width: float = Field(gt=0, description="side along which it changes, from left to right before it is turned")
@@ -25,7 +25,7 @@ class LinearGradient(Table):
 
 
 class RadialGradient(Table):
-    """A disc that falls from its centre to its rim with the square of the distance."""
+    """A disc whose reflectance changes from centre to rim with the square of the distance."""
 
     kind: Literal["radial-gradient"] = Field(description="which shape")
     radius: float = Field(gt=0, description="in the scene's unit")

@@ -57,9 +57,9 @@ def fill_counts(counts: F64, mean: F64, normals: F64) -> None:
 
     counts, mean, normals : (n,); means of 0 or less give 0
 
-    Counts are exactly distributed: a normal number decides wrongly between two neighbouring counts with a probability
-    of less than 1e-13 for means to 1e6, and above of the rounding of a mean to 53 bits. They increase with mean and
-    number. The expansion in the mean's root is M. Giles, "Algorithm 955: approximation of the inverse Poisson
+    Counts are distributed exactly: a normal number decides wrongly between two neighbouring counts with a probability
+    below 1e-13 for means up to 1e6; for larger means, with that due to their rounding to 53 bits. Counts increase with
+    mean and number. The expansion in the mean's root is M. Giles, "Algorithm 955: approximation of the inverse Poisson
     cumulative distribution function", ACM TOMS 42 (2016); within ``doubt`` of a whole number probabilities are summed.
 
     >>> counts = np.empty(3)

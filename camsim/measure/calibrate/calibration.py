@@ -32,15 +32,15 @@ _LEAST_LINES = 64
 class Calibration:
     """The figures of a camera; each has a standard error, or a reason why it cannot be measured.
 
-    settings  : by increasing ISO, the first is the base
+    settings  : measurements by increasing ISO setting, of which the first is the base
     bit_depth : the fewest bits that hold the codes;  largest_dn: the largest code
     cells_dn  : mean black levels over the period of the filter array
-    read_noise_e, dual_read_noise_e : before the gain, without telegraph noise, of low and of high conversion gain
+    read_noise_e, dual_read_noise_e : noise before the gain, without telegraph noise, at low and at high conversion gain
     law       : distribution of a photosite's noise, at ``law_setting``
     hot_fraction, hot_e_per_s, hot : hot photosites in the longest darks: their share, mean current, and (row, col,
                                      e_per_s) of each
-    high      : the images of high gain, if each exposure is read at both; the other figures are of those of low gain,
-                fixed patterns of either
+    high      : figures of the high-gain images, if each exposure is read at both gains; the other figures are then
+                those of the low-gain images, fixed patterns those of either
     notes     : remarks on the figures
     """
 

@@ -27,7 +27,7 @@ _TURNS: dict[str, Callable[[F64], F64]] = {
 
 
 def turned(found: F32, subject: Subject) -> Fault | None:
-    """Report a result that is the truth mirrored or rotated."""
+    """Return the fault of a result that is the truth mirrored or rotated; None otherwise."""
     wanted = subject.truth.sum(axis=2, dtype=np.float64)
     seen = found.sum(axis=2, dtype=np.float64)
     if _correlation(seen, wanted) > _UNLIKE:
@@ -39,7 +39,7 @@ def turned(found: F32, subject: Subject) -> Fault | None:
 
 
 def overflowed(found: F32, subject: Subject) -> Fault | None:
-    """Report integer overflow: bright values wrapped around to dark ones."""
+    """Return the fault of integer overflow, bright values wrapped around to dark ones; None otherwise."""
     end = float(found.max())
     places = subject.used
     true, seen = subject.truth[places].astype(np.float64), found[places].astype(np.float64)
@@ -64,7 +64,7 @@ def overflowed(found: F32, subject: Subject) -> Fault | None:
 
 
 def enlarged(found: F32, subject: Subject) -> Fault | None:
-    """Report planes of half the size, with each pixel repeated 2 × 2."""
+    """Return the fault of planes of half the size, with each pixel repeated 2 × 2; None otherwise."""
     for row, col in np.ndindex(2, 2):
         if _in_fours(found[row:, col:]) > _EQUAL and _in_fours(subject.truth[row:, col:]) < _UNLIKE:
             return Fault("enlarged", "its pixels are alike in fours: planes of half the size, enlarged by 2")

@@ -106,7 +106,7 @@ class BoundaryPlan:
         )
 
     def decisions(self) -> Iterator[Decision]:
-        """Yield radii and tables."""
+        """Yield the decisions on radii and tables that are reported to the user."""
         settings, counts = self.settings, self.counts
         yield Decision(
             topic="settings",

@@ -66,7 +66,7 @@ def _meeting(waves: Waves, edges: Edges, grid: Grid, least: float, allowed: floa
 
 
 def smooth_from(waves: Waves, budget: ErrorBudget) -> float:
-    """Return the distance from which on the far form is exact except for ringing, pitches."""
+    """Return the distance, pitches, beyond which the far form neglects nothing but ringing."""
     pattern, footprint, longest = waves.pattern, waves.footprint, float(waves.blur.max())
     # A tail that vanishes must do so over the whole footprint; powers of the distance are averaged by its moments.
     faded = 0.0 if pattern.rings else footprint.extent

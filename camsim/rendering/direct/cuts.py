@@ -26,7 +26,7 @@ class Sorted(NamedTuple):
 
     @classmethod
     def of(cls, boxes: F64) -> Sorted:
-        """Sort boxes."""
+        """Sort boxes (n, 4) by their left sides."""
         order = np.argsort(boxes[:, 0], kind="stable")
         return cls(boxes[order], order)
 

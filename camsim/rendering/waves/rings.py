@@ -83,7 +83,7 @@ class Rings:
     def reach(self, blur: F64, light: F64, strength: float, allowed: float) -> float:
         """Return the distance beyond which the ringing of all edges together stays within ``allowed``.
 
-        blur, light : (n,) λN, pitches, and its share of the light;  strength: × (λN/r)²/π³ is a circle's ringing
+        blur, light : (n,) λN, pitches, and its share of the light;  a circle rings by strength × (λN/r)²/π³
         """
         every = -(-blur.size // MOST_WAVES)
         starts = np.arange(0, blur.size, every)

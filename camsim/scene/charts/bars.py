@@ -28,10 +28,10 @@ def bars(
 ) -> Iterator[Shape]:
     """Draw sets of upright bars side by side, one set for each frequency, in the order given.
 
-    lp_per_mm  : line pairs per mm on the sensor, one a set
-    periods_um : instead: length of a line pair, a dark bar and the gap beside it, one a set
-    pairs      : dark bars of a set
-    length_um  : of the bars; five periods of the coarsest set when left out
+    lp_per_mm  : line pairs per mm on the sensor, one number for each set
+    periods_um : instead: for each set the length of a line pair, a dark bar and the gap beside it
+    pairs      : number of dark bars of a set
+    length_um  : length of the bars; five periods of the coarsest set when left out
 
     >>> [bar.width_um for bar in bars(lp_per_mm=[50.0, 100.0], pairs=2).shapes]
     [10.0, 10.0, 5.0, 5.0]

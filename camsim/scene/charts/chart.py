@@ -43,9 +43,9 @@ _COMMON = {
 class Chart(Compound):
     """A chart: one shape that is painted as many.
 
-    name       : of the chart, as in files
-    parameters : of its function; defaults are filled in
-    shapes     : ordinary ones, in painter's order
+    name       : name of the chart, as in files
+    parameters : arguments of the chart's function; defaults are filled in
+    shapes     : the ordinary shapes, in painter's order
 
     >>> from camsim.scene.charts import dot_grid
     >>> Chart(name="dot-grid", parameters={"spacing_um": 9, "radius_um": 2}) == dot_grid(spacing_um=9, radius_um=2)
@@ -138,7 +138,7 @@ def meanings(draw: Callable[..., Any]) -> dict[str, str]:
 
     >>> from camsim.scene.charts import checkerboard
     >>> meanings(checkerboard)["side_um"]
-    'of a square'
+    'side of a square'
     """
     found = dict(_COMMON)
     for line in re.sub(r"\n {6,}", " ", inspect.getdoc(draw) or "").splitlines():
@@ -153,7 +153,7 @@ def refused(draw: Callable[..., Any], key: str, message: str) -> InvalidValueErr
 
 
 def with_densities(draw: Callable[..., Any], **fractions: float) -> None:
-    """Raise for reflectances without a density: 0."""
+    """Raise for a reflectance of 0, which has no density."""
     for key, fraction in fractions.items():
         if fraction <= 0.0:
             raise refused(draw, key, "is 0, whose density has no end; give a fraction above 0")
@@ -171,7 +171,7 @@ def periods(
     periods_um: Several[Positive] | None,
     keys: tuple[str, str] = ("lp_per_mm", "periods_um"),
 ) -> tuple[float, ...]:
-    """Return the lengths of line pairs, from whichever of the two is given."""
+    """Return the lengths of line pairs in µm, from frequencies or from periods, whichever is given."""
     if (lp_per_mm is None) == (periods_um is None):
         said = "missing" if lp_per_mm is None else "given twice"
         raise refused(draw, keys[0], f"{said}; give one of {keys[0]} and {keys[1]}")
@@ -219,7 +219,7 @@ class Card:
             yield self.rectangle(width_um, height_um, (0.0, 0.0), reflectance)
 
     def cell(self, left_um: float, top_um: float, right_um: float, bottom_um: float, reflectance: Spectrum) -> Polygon:
-        """Return a rectangle by its sides: cells with a side in common have its very numbers in common."""
+        """Return a rectangle by its sides, so that neighbouring cells share the exact numbers of a common side."""
         corners = [(left_um, top_um), (right_um, top_um), (right_um, bottom_um), (left_um, bottom_um)]
         return self.polygon(corners, reflectance)
 

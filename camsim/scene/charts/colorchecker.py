@@ -27,9 +27,9 @@ def colorchecker(
 ) -> Iterator[Shape]:
     """Draw the chart upright: dark skin at the upper left, white at the lower left.
 
-    width_um : of the whole chart, its frame included
-    gap      : between patches, and of the frame around them, as a fraction of a patch
-    spectra  : whose measurements of the patches (camsim list reflectances)
+    width_um : width of the whole chart, its frame included
+    gap      : width of the gaps between patches and of the frame around them, as a fraction of a patch
+    spectra  : name of the measurement of the patches (camsim list reflectances)
     marks    : whether white angles stand in the frame's corners, with a bar beside the upper left one
     frame    : reflectance of the frame
 

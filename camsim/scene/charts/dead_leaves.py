@@ -34,13 +34,13 @@ def dead_leaves(
 ) -> Iterator[Shape]:
     """Draw discs with radii of a density r⁻³, each over those before it, with uniformly distributed reflectances.
 
-    Their power spectrum falls as 1/f² (ISO/TS 19567-2, IEEE 1858) between the frequencies of the largest and of the
-    least discs: the wider the limits, the longer.
+    The power spectrum falls as 1/f² (ISO/TS 19567-2, IEEE 1858) between the frequencies of the largest and of the
+    smallest discs: the wider the limits of the radii, the wider this range.
 
-    width_um, height_um : where the texture is whole; discs lie over its rim by up to the largest radius
+    width_um, height_um : size of the area that the texture covers; discs reach beyond it by up to the largest radius
     least_radius_um, largest_radius_um : limits of the radii
-    discs    : how many are drawn, most of the first hidden by the last; so many that one place in 1000 shows what lies
-               behind them when left out
+    discs    : number of discs, most of the first hidden by the last; when left out, so many that one place in 1000
+               shows what lies behind all of them
     palette  : reflectances to draw from, such as a ColorChecker's
     darkest, lightest, greys : instead: limits and number of evenly spaced greys
 

@@ -34,9 +34,9 @@ def e_sfr(
     off the axes and off the diagonals, so that radial and tangential edges are among them. The standard's sizes and
     places are not public: those here are camsim's own. There are no hyperbolic wedges.
 
-    height_um : of the chart
-    aspect    : its width over its height
-    stars     : whether the middle and the corners have stars (2023), or squares as the rest (2014)
+    height_um : height of the chart
+    aspect    : width of the chart over its height
+    stars     : whether the middle and the corners have stars (2023), or squares like the rest (2014)
     dark, light : reflectances of the squares and stars, and of the card
     darkest, lightest : reflectances of the first and the last of 20 grey steps, even in density between
 

@@ -26,8 +26,8 @@ def checkerboard(
 ) -> Iterator[Shape]:
     """Draw a checkerboard; its upper left square is dark.
 
-    side_um    : of a square
-    rows, cols : of squares, dark and light
+    side_um    : side of a square
+    rows, cols : number of squares down and across, dark and light
 
     >>> len(checkerboard(side_um=10.0, rows=3, cols=3).shapes)
     5
@@ -56,9 +56,9 @@ def dot_grid(
 ) -> Iterator[Shape]:
     """Draw a grid of round dots, for distortion and lateral colour.
 
-    spacing_um : from centre to centre
-    radius_um  : of a dot
-    rows, cols : of dots
+    spacing_um : distance from centre to centre
+    radius_um  : radius of a dot
+    rows, cols : number of dots down and across
 
     >>> [dot.centre_um for dot in dot_grid(spacing_um=10.0, radius_um=2.0, rows=1, cols=2).shapes]
     [(-5.0, 0.0), (5.0, 0.0)]

@@ -1,4 +1,4 @@
-"""Trapezoids over the whole frame whose edges run to the optical axis or across that."""
+"""Trapezoids over the whole frame, with edges along the radius from the optical axis and across it."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def lens_grid(
 
     The block in the middle is a square. As MTF Mapper's lensgrid; angles and sizes are camsim's own.
 
-    width_um, height_um : of the grid before it is turned
-    cols, rows : of blocks
-    side_um    : of a block; 4 % of the width when left out
-    rotate_deg : of the whole grid, clockwise as displayed: edges of blocks on the axes are slanted by this
+    width_um, height_um : size of the grid before it is turned
+    cols, rows : number of blocks across and down
+    side_um    : side of a block; 4 % of the width when left out
+    rotate_deg : rotation of the whole grid, clockwise as displayed, which slants the edges of blocks on the axes
 
     >>> len(lens_grid(width_um=6000.0, height_um=4000.0).shapes)
     187

@@ -36,14 +36,14 @@ def points(
 ) -> Iterator[Shape]:
     """Draw points of light as discs much smaller than the blur, anywhere between photosites.
 
-    A magnitude more is 10^0.4 times less light, and so much less area. Give the points, or how many stars.
+    A magnitude more means 10^0.4 times less light, and 10^0.4 times less area. Give the points, or the number of stars.
 
-    radius_um    : of a point of magnitude 0; of the faintest it is smaller
-    positions_um : of the points, from the chart's centre
-    magnitudes   : of the points, one each; all 0 when left out
-    stars        : instead: how many are drawn by chance, as in space, with more faint ones than bright
-    width_um, height_um : of the field that stars are drawn in
-    brightest, faintest : limits of their magnitudes
+    radius_um    : radius of a point of magnitude 0; fainter ones are smaller
+    positions_um : places of the points, from the chart's centre
+    magnitudes   : magnitude of each point; all 0 when left out
+    stars        : instead: number of stars drawn by chance, with more faint ones than bright, as in space
+    width_um, height_um : size of the field in which stars are drawn
+    brightest, faintest : limits of the stars' magnitudes
     light        : reflectance of the points
 
     >>> two = points(radius_um=1.0, positions_um=[(0, 0), (9, 0)], magnitudes=[0, 5])

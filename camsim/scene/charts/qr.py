@@ -27,9 +27,9 @@ def qr(
 ) -> Iterator[Shape]:
     """Draw a QR code (ISO/IEC 18004) with its quiet zone of four modules.
 
-    text     : what it says; camsim chooses the smallest version that holds it
-    width_um : of the whole code with its quiet zone
-    level    : of error correction: 7 % (L), 15 % (M), 25 % (Q) or 30 % (H) of it may be unreadable
+    text     : text of the code; camsim chooses the smallest version that holds it
+    width_um : width of the whole code with its quiet zone
+    level    : level of error correction: 7 % (L), 15 % (M), 25 % (Q) or 30 % (H) of the code may be unreadable
 
     >>> code = qr(text="camsim", width_um=290.0)
     >>> code.shapes[0].width_um / 29  # 21 modules and a quiet zone: a module is 10 µm

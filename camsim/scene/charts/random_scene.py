@@ -35,9 +35,9 @@ def random(
 ) -> Iterator[Shape]:
     """Draw shapes of all kinds and sizes over an area, the large ones first, so that none hides all others.
 
-    width_um, height_um : in which the shapes' centres lie
-    shapes  : how many; each is a polygon, a star, a rectangle, an ellipse, a ring, a sector, a curved blob, a letter or
-              a gradient in bands
+    width_um, height_um : size of the area in which the shapes' centres lie
+    shapes  : number of shapes; each is a polygon, a star, a rectangle, an ellipse, a ring, a sector, a curved blob, a
+              letter or a gradient in bands
     palette : reflectances to draw from; the 54 measured surfaces of two charts when left out
 
     >>> random(width_um=90.0, height_um=60.0, seed=3) == random(width_um=90.0, height_um=60.0, seed=3)

@@ -1,4 +1,4 @@
-"""The Siemens star of hard sectors: one frequency a radius, in every direction."""
+"""The Siemens star of hard sectors: at each radius one frequency, in every direction."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ def siemens_star(
 
     ISO 12233 recommends 144 or 72 cycles, sinusoidal; these are hard, and their fundamental has 4/π of the contrast.
 
-    radius_um : of the star; the card's is 5 % larger
-    cycles    : pairs of a dark and a light sector
+    radius_um : radius of the star; that of the card is 5 % larger
+    cycles    : number of pairs of a dark and a light sector
     inner_radius_um : where the sectors begin; nothing is drawn inside
-    rotate_deg : of the first dark sector's middle, clockwise as displayed from the right
+    rotate_deg : direction of the first dark sector's middle, clockwise as displayed from the right
 
     >>> star = siemens_star(radius_um=100.0, cycles=4)
     >>> star.pieces  # of each sector two sides and an arc

@@ -31,11 +31,11 @@ def step_wedge(
 ) -> Iterator[Shape]:
     """Draw steps from dark at the left to light at the right, or in the order of their densities.
 
-    width_um, height_um : of the whole wedge
-    steps     : of the wedge; 12 when left out
-    scale     : linear: equal steps of reflectance; log: of density
+    width_um, height_um : size of the whole wedge
+    steps     : number of steps; 12 when left out
+    scale     : linear: equal steps of reflectance; log: equal steps of density
     darkest, lightest : reflectances of the first and the last step
-    densities : instead: one a step, from left to right; a density D is a reflectance of 10^−D
+    densities : instead: density of each step, from left to right; a density D is a reflectance of 10^−D
 
     >>> [step.reflectance for step in step_wedge(width_um=90.0, height_um=30.0, densities=[2.0, 1.0, 0.0]).shapes]
     [0.01, 0.1, 1.0]

@@ -42,7 +42,7 @@ def usaf_1951(
     as wide as the bars, upright and beside that level. Two groups stand beside each other, the finer ones inside, as
     on the chart; distances between elements are camsim's own.
 
-    groups : whole numbers; on the sensor, group 0 begins with 1 line pair per mm
+    groups : numbers of the groups; on the sensor, group 0 begins with 1 line pair per mm
     labels : whether the numbers of groups and elements stand beside them
 
     >>> element = usaf_1951(groups=[4]).shapes[0]
@@ -62,7 +62,7 @@ def usaf_1951(
 
 
 def bar_um(group: int, element: int = 1) -> float:
-    """Return how wide the bars of an element are: half a line pair.
+    """Return the width of an element's bars, half a line pair, in µm.
 
     >>> bar_um(0), bar_um(2, 1)
     (500.0, 125.0)

@@ -23,7 +23,7 @@ def zone_plate(
 ) -> Iterator[Shape]:
     """Draw rings that are dark where cos(π·r²·f/R) < 0: at radius r the frequency is f·r/R, at the rim R it is f.
 
-    radius_um     : of the rim
+    radius_um     : radius of the rim
     rim_lp_per_mm : frequency at the rim, line pairs per mm on the sensor
     rim_period_um : instead: length of a line pair at the rim
     light         : reflectance of the rings between the dark ones, and of the middle

@@ -23,9 +23,9 @@ class Group(Compound):
     """Shapes that are mirrored, scaled, turned and moved together, in this order, all about the origin.
 
     mirror    : "left-right" or "up-down"
-    scale     : along x and along y
-    turn_deg  : clockwise as displayed
-    move_um   : to the right and down
+    scale     : factors along x and along y
+    turn_deg  : rotation, clockwise as displayed
+    move_um   : displacement to the right and down
     matrix    : instead of all these, (a, b, c, d, e, f) as in SVG: x, y → a·x + c·y + e, b·x + d·y + f, µm
     clip      : nothing outside this shape is painted; it moves with the group, and its reflectance plays no part
 
@@ -95,7 +95,7 @@ class Group(Compound):
 class RepeatOnGrid(Compound):
     """Shapes repeated in rows and columns, row by row, about where they are given.
 
-    step_um : from one column and from one row to the next
+    step_um : distance from one column to the next, and from one row to the next
 
     >>> from camsim.scene import Disc
     >>> RepeatOnGrid(shapes=[Disc(radius_um=5.0, reflectance=0.1)], rows=2, cols=3, step_um=(20.0, 20.0)).cols

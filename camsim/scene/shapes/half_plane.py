@@ -24,7 +24,7 @@ class HalfPlane(Outlined):
     """Everything on one side of a line, to a distance of 10 km.
 
     through_um  : a point of the line
-    towards_deg : the direction in which it lies, square to the line, clockwise as displayed from the right
+    towards_deg : direction from the line into the half-plane, square to the line, clockwise as displayed from the right
 
     >>> HalfPlane(through_um=(0.0, 0.0), towards_deg=5.0, reflectance=0.05)
     HalfPlane(through_um=(0.0, 0.0), towards_deg=5.0, reflectance=0.05)

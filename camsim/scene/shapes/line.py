@@ -34,13 +34,13 @@ SMOOTH = 1e-7  # radians: largest change of direction that is not a corner
 class Line(Drawn):
     """A line of some width along a path.
 
-    segments_um : as of a Path; each outline may be open, and is closed by ("close",)
-    width_um    : half of it on either side
-    cap         : of open ends: cut off square, a half disc, or half a width longer; what has no length is its caps
-                  alone: nothing, a disc, or an upright square
-    join        : of corners: sides drawn on until they meet, a disc, or cut off; where a curve turns back it is a disc
+    segments_um : as for a Path; each outline may be open, and is closed by ("close",)
+    width_um    : width of the line, half of it on either side of the path
+    cap         : shape of open ends: cut off square, a half disc, or half a width longer; a path without length shows
+                  its caps alone: nothing, a disc, or an upright square
+    join        : shape of corners: sides extended until they meet, a disc, or cut off; where a curve turns back, a disc
     miter_limit : largest length of a miter in widths; longer ones are cut off, as in SVG
-    dashes_um   : lengths of dash, gap, dash … along each outline, again and again; of odd number twice over, as in SVG
+    dashes_um   : lengths of dash, gap, dash … along each outline, repeated; an odd number is doubled, as in SVG
     dash_offset_um : where in this pattern each outline begins
 
     >>> Line(segments_um=[("move", 0, 0), ("line", 30, 0)], width_um=4.0, cap="round", reflectance=0.1).segments_um
@@ -162,7 +162,7 @@ class _Stroke:
         self.line, self.half, self.ways, self.closed = line, 0.5 * line.width_um, ways, closed
 
     def draw(self, pen: Pen) -> None:
-        """Draw it; overlaps have a winding number of 2."""
+        """Draw the stroke; where it overlaps itself, the winding number is 2."""
         back = [way.back() for way in reversed(self.ways)]
         if self.closed:
             for ways in (self.ways, back):

@@ -93,7 +93,8 @@ class Path(Drawn):
 
     segments_um : ("move", x, y), ("line", x, y), ("quadratic", x1, y1, x, y), ("cubic", x1, y1, x2, y2, x, y),
                   ("arc", rx, ry, rotate_deg, large, sweep, x, y), ("close",), µm
-    fill_rule   : inside is where the outlines wind about a place, at all or (evenodd) an odd number of times
+    fill_rule   : "nonzero": inside is where the outlines wind about a place; "evenodd": where they do so an odd number
+                  of times
 
     >>> Path(segments_um=[("line", 1, 0)], reflectance=0.0)
     Traceback (most recent call last):

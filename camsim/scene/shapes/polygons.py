@@ -25,7 +25,7 @@ class Polygon(Outlined):
     """A simple polygon: its outline does not cross itself; either direction round.
 
     points_um : at least three corners (x, y), µm
-    holes_um  : outlines of holes in it, which neither cross nor leave it
+    holes_um  : outlines of holes in the polygon, which neither cross nor leave it
 
     >>> Polygon(points_um=[(0, 0), (2, 2), (2, 0), (0, 2)], reflectance=0.0)  # doctest: +ELLIPSIS
     Traceback (most recent call last):
@@ -60,7 +60,7 @@ class Polygon(Outlined):
 
     @property
     def pieces(self) -> int:
-        """Sides."""
+        """Number of sides."""
         return len(self.points_um) + sum(map(len, self.holes_um))
 
     def _outline(self) -> Curves:
@@ -109,7 +109,7 @@ class Rectangle(Outlined):
 class RegularPolygon(Outlined):
     """A polygon of equal sides and angles; its first corner lies to the right of its centre before it is turned.
 
-    radius_um : from the centre to a corner
+    radius_um : distance from the centre to a corner
 
     >>> RegularPolygon(sides=6, radius_um=30.0, reflectance=0.2)
     RegularPolygon(sides=6, radius_um=30.0, centre_um=(0.0, 0.0), rotate_deg=0.0, reflectance=0.2)
@@ -141,7 +141,7 @@ class RegularPolygon(Outlined):
 class Star(Outlined):
     """A star of ``tips``; the first lies to the right of its centre before it is turned.
 
-    radius_um, inner_radius_um : from the centre to the tips, and to the corners between them
+    radius_um, inner_radius_um : distances from the centre to the tips, and to the corners between them
 
     >>> Star(tips=5, radius_um=30.0, inner_radius_um=12.0, reflectance=0.2)
     Star(tips=5, radius_um=30.0, inner_radius_um=12.0, centre_um=(0.0, 0.0), rotate_deg=0.0, reflectance=0.2)

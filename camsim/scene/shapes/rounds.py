@@ -125,7 +125,7 @@ class Ring(Outlined):
 class Sector(Outlined):
     """Part of a disc, or of a ring where ``inner_radius_um`` is above 0.
 
-    from_deg, turn_deg : where it begins, clockwise as displayed from the right, and how far it goes on from there
+    from_deg, turn_deg : direction in which it begins, clockwise as displayed from the right, and angle that it spans
 
     >>> Sector(radius_um=30.0, from_deg=0.0, turn_deg=90.0, reflectance=0.2)
     Sector(radius_um=30.0, inner_radius_um=0.0, from_deg=0.0, turn_deg=90.0, centre_um=(0.0, 0.0), reflectance=0.2)

@@ -29,12 +29,12 @@ Spacing = Annotated[float, Ge(0), Le(100)]
 class Text(Shape):
     """Text in Open Sans (Apache 2.0), which the package ttf-opensans ships; lines end at a line feed.
 
-    size_um  : of the font (its em): capitals are 0.714 of it high
-    at_um    : where the first line begins, ends or has its middle, as ``align`` says; on its baseline, or where the
-               block of lines has its middle, from the top of the first's capitals to the last's baseline (``vertical``)
-    weight   : of the font, Light to ExtraBold
-    line     : from one baseline to the next, in sizes
-    rotate_deg : clockwise as displayed about that point
+    size_um  : size of the font (its em): capitals are 0.714 of it high
+    at_um    : where the first line begins, ends or has its middle, by ``align``; by ``vertical`` on its baseline, or
+               halfway between the top of the first line's capitals and the last baseline
+    weight   : weight of the font, Light to ExtraBold
+    line     : distance from one baseline to the next, in sizes
+    rotate_deg : rotation about ``at_um``, clockwise as displayed
 
     Letters stand as far apart as the font says; there is no kerning and there are no ligatures. What the font has not,
     and signs that stand upon others, are refused.

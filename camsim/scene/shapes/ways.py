@@ -24,12 +24,12 @@ class Way(NamedTuple):
 
     @property
     def out(self) -> complex:
-        """Direction at its start."""
+        """Direction (unit vector) at the start of the piece."""
         return unit(self.end - self.start) * turn(-0.5 * self.bend_rad)
 
     @property
     def into(self) -> complex:
-        """Direction at its end."""
+        """Direction (unit vector) at the end of the piece."""
         return unit(self.end - self.start) * turn(0.5 * self.bend_rad)
 
     @property
@@ -39,15 +39,15 @@ class Way(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Its length."""
+        """Length of the piece."""
         return abs(self.end - self.start) if self.bend_rad == 0.0 else abs(self.radius * self.bend_rad)
 
     def back(self) -> Way:
-        """Return it reversed."""
+        """Return the piece, run through in reverse."""
         return Way(self.end, self.start, -self.bend_rad, -self.place)
 
     def at(self, t: float) -> complex:
-        """Return the point at a fraction of its length; exact at its ends."""
+        """Return the point at a fraction of the piece's length; exact at both ends."""
         if t in (0.0, 1.0):
             return self.end if t else self.start
         if self.bend_rad == 0.0:
@@ -56,7 +56,7 @@ class Way(NamedTuple):
         return centre + (self.start - centre) * turn(self.bend_rad * t)
 
     def part(self, t0: float, t1: float) -> Way:
-        """Return the part between two fractions."""
+        """Return the part of the piece between two fractions of its length."""
         return Way(self.at(t0), self.at(t1), self.bend_rad * (t1 - t0), self.place)
 
 
@@ -75,7 +75,7 @@ def dashes_of(
 ) -> Iterator[tuple[list[Way], bool]]:
     """Yield the dashes of an outline, each as pieces, and whether it is closed.
 
-    pattern : lengths of dash, gap, dash …, of even number and not all 0;  offset: of the pattern at the outline's start
+    pattern : an even number of lengths of dash, gap, dash …, not all 0;  offset: where in it the outline starts
     dot     : length used for dashes of zero length
 
     A dash that reaches the end of a closed outline is joined with the one at its start.

@@ -24,7 +24,7 @@ __all__ = ["Svg", "read_svg"]
 class Svg(Compound):
     """The shapes of a drawing.
 
-    name : of its file
+    name : name of the drawing's file
 
     >>> Svg(name="flag.svg", shapes=[Rectangle(width_um=2.0, height_um=1.0, reflectance=0.1)]).pieces
     4
@@ -58,9 +58,9 @@ def read_svg(
 ) -> Svg:
     """Return a drawing as shapes.
 
-    width_um, height_um : of the drawing's page; one of the two, the other follows
-    centre_um  : of the page
-    rotate_deg : about the page's centre, clockwise as displayed
+    width_um, height_um : size of the drawing's page; give one of the two, the other follows
+    centre_um  : centre of the page
+    rotate_deg : rotation about the page's centre, clockwise as displayed
     palette    : reflectances of colours, such as {"#ff0000": 0.2, "black": 0.05}; other colours get the reflectance
                  that has their sRGB under D65 (``camsim.spectra.rgb``)
     displayed  : name of the file in messages; its path when left out

@@ -34,7 +34,7 @@ _OF_TRANSFORM = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate":
 def length(text: str, whole: float | None = None) -> float:
     """Return a length in user units.
 
-    whole : what a percentage is of
+    whole : the length that is 100 %
 
     >>> length("1in"), length("50%", 20.0)
     (96.0, 10.0)
@@ -59,7 +59,7 @@ def numbers(text: str) -> list[float]:
 
 
 def share(text: str) -> float:
-    """Return a number or a percentage, such as how opaque something is.
+    """Return a number or a percentage, such as an opacity, as a number.
 
     >>> share("0.5"), share("50%")
     (0.5, 0.5)

@@ -85,8 +85,7 @@ PLAIN = ("marker", "marker-start", "marker-mid", "marker-end", "mask", "filter",
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A style rule: of which tag, class or id (empty: any), how much it weighs, what it says, and what of that is
-    important."""
+    """A style rule: tag, class and id that it is for (empty: any), its properties, and those that are important."""
 
     tag: str
     name: str
@@ -100,7 +99,7 @@ class Rule:
         return 100 * bool(self.identity) + 10 * bool(self.name) + bool(self.tag)
 
     def suits(self, element: Element) -> bool:
-        """Return whether it matches an element."""
+        """Return whether the rule matches an element."""
         return (
             self.tag in ("", element.tag)
             and self.name in ("", *element.attributes.get("class", "").split())

@@ -16,8 +16,8 @@ _FIT = r"\s*(?:(none)|x(Min|Mid|Max)Y(Min|Mid|Max))(?:\s+(meet|slice))?\s*"
 class View(NamedTuple):
     """The displayed part of a drawing.
 
-    width_px, height_px : as displayed by its editor
-    matrix        : from user units to these px
+    width_px, height_px : size as an editor displays it
+    matrix        : map from user units to these px
     whole         : width and height in user units, the reference of percentages
     """
 

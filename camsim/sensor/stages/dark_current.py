@@ -16,7 +16,7 @@ from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
 class DarkCurrent(ElectronicStage):
     """Mean charge that gathers without light; its shot noise is drawn with that of the light.
 
-    e_per_s       : electrons per second and photosite, the mean of all
+    e_per_s       : electrons per second and photosite, the mean over all photosites
     nonuniformity : standard deviation over photosites (DCNU), a fraction of the mean; log-normal above 0.25
     at_c          : temperature at which ``e_per_s`` holds, °C
     doubling_c    : warming that doubles it, °C
