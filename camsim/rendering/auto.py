@@ -30,6 +30,8 @@ ENGINES: dict[str, Engine] = {
 NAMES = ("auto", *ENGINES)
 CHEAP_SECONDS = 0.05  # cost of the boundary engine up to which a plan of the other would save nothing
 IMAGE_BYTES = 24.0  # of a photosite: whole images, which do not count as an engine's tables and transforms
+AROUND = 1.5  # what counted operations take in all, with what is not counted
+CAPTURE_SECONDS, RECORDED_SECONDS = 0.035, 5e-8  # of a capture, and of a photosite's noise and code
 CROWD = 20_000  # edges from which on closed forms are not considered
 DIRECT = 2e-7  # finest tolerance that direct sums can check
 WIDEST = 50.0  # largest side of a picture's sample for direct sums, in periods of the highest frequency
@@ -50,9 +52,11 @@ class Choice:
 
     @property
     def cost(self) -> Cost:
-        """Cost of one image, the check included."""
-        cost = self.plan.cost
-        return Cost(seconds=cost.seconds + self.checker.seconds(self.plan), memory_bytes=cost.memory_bytes)
+        """Cost of one capture, the check included."""
+        cost, grid = self.plan.cost, self.plan.job.grid
+        seconds = AROUND * (cost.seconds + self.checker.seconds(self.plan))
+        recorded = CAPTURE_SECONDS + RECORDED_SECONDS * grid.rows * grid.cols
+        return Cost(seconds=seconds + recorded, memory_bytes=cost.memory_bytes)
 
 
 def check_method(method: str) -> None:

@@ -276,7 +276,12 @@ class Fields:
             cells = float(seen.states[0].size)
             near = min(cells, math.pi * (until / seen.step + 1.0) ** 2)
             each = (NODES_A_WAVE * self.highest * seen.step + FAR_NODES) ** 2
-            total += cells + near * each if seen.coefficients is None else cells + near * each * 4.0 / math.sqrt(cells)
+            coarse = (FAR_NODES + 1.0) ** 2
+            total += (
+                coarse * cells + near * each
+                if seen.coefficients is None
+                else cells + near * each * 4.0 / math.sqrt(cells)
+            )
         return total
 
     def places(self, grid: Grid, count: int) -> F64:

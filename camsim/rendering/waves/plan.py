@@ -56,6 +56,7 @@ DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # rule for the number of wavelengths
 STEPS, DIRECTIONS = 256, 32  # samples of a system's transfer, along the radius and in angle
 SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # per frequency; the last, per node
 SECONDS_TABLE = 0.02  # for a pupil's transfer at one wavelength
+SECONDS_SAMPLE = 3.5e-7  # for a sample of a picture that is turned or cut
 BYTES_EACH, BYTES_SUMMED = 32.0, 32.0  # per frequency, and per point of the summed lattice
 
 
@@ -295,7 +296,10 @@ class WavesPlan:
         bytes_each = most * BYTES_EACH, image.sources[0][1].shape[1] * BYTES_SUMMED
         at_once = MOST_AT_ONCE / most if image.in_parts else math.inf
         memory = max(min(size, at_once) * bytes_each[0] + places * bytes_each[1] for size, places in self._lattices)
-        return Cost(seconds=0.005 + seconds + tables, memory_bytes=memory)
+        layers = () if self.fields is None else self.fields.layers
+        samples = sum(layer.shape[0] * layer.shape[1] * layer.planes for layer in layers if not layer.upright)
+        samples += sum(math.prod(layer.shape) for layer in layers if layer.outline is not None and layer.upright)
+        return Cost(seconds=0.005 + seconds + tables + SECONDS_SAMPLE * samples, memory_bytes=memory)
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
