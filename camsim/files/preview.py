@@ -16,6 +16,7 @@ from camsim.errors import CamsimError
 from camsim.sensor.cfa import filters_of
 from camsim.sensor.colour_matrix import XYZ_D50, as_shot_neutral, fit_for_development
 
+ROWS_AT_ONCE = 256  # in double precision, which a whole frame would take too much memory for
 _XYZ_D50_TO_SRGB = np.array(
     [
         [3.1338561, -1.6168667, -0.4906146],
@@ -78,7 +79,11 @@ def developed(
     planes = demosaic(balanced, channel_index, channels)
     to_srgb = _XYZ_D50_TO_SRGB @ balance.forward
     to_srgb /= (_XYZ_D50_TO_SRGB @ XYZ_D50)[:, None]
-    return _srgb_bytes(np.einsum("sc,crk->rks", to_srgb.astype(np.float32), planes))
+    out = np.empty((*signal.shape, 3), np.uint8)
+    for first in range(0, len(out), ROWS_AT_ONCE):
+        rows = slice(first, first + ROWS_AT_ONCE)
+        out[rows] = _srgb_bytes(np.einsum("sc,crk->rks", to_srgb, planes[:, rows].astype(np.float64)))
+    return out
 
 
 def demosaic(signal: F32, channel_index: U8, channels: int) -> F32:
@@ -110,8 +115,8 @@ def demosaic(signal: F32, channel_index: U8, channels: int) -> F32:
 
 
 def _srgb_bytes(linear: NDArray[np.floating]) -> U8:
-    """Apply the sRGB curve of IEC 61966-2-1 and round to 8 bits."""
-    clipped = np.clip(linear, 0.0, 1.0)
+    """Apply the sRGB curve of IEC 61966-2-1 and round to 8 bits; in double precision, alike on all processors."""
+    clipped = np.clip(linear, 0.0, 1.0, dtype=np.float64)
     curve = np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
     codes: U8 = np.rint(255 * curve).astype(np.uint8)
     return codes
