@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from scipy import special
 
 import camsim
 from camsim.errors import InvalidValueError
@@ -271,3 +272,39 @@ def test_a_transmission_is_kept_as_of_camsims_lenses(half):
 def test_light_that_is_none_is_refused(lens, message):
     with pytest.raises(InvalidValueError, match=message):
         camera_with(lens=lens)
+
+
+@dataclass(frozen=True)
+class SquarePupil:
+    """A square pupil that says nothing of its sides."""
+
+    f_number: float = 8.0
+    transmission: float = 1.0
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        u, v = (1e-3 * wavelength_nm * self.f_number * np.abs(f) for f in (fx_per_um, fy_per_um))
+        return np.clip(1.0 - u, 0.0, None) * np.clip(1.0 - v, 0.0, None)
+
+    def cutoff_per_um(self, wavelength_nm):
+        return np.sqrt(2.0) / (1e-3 * wavelength_nm * self.f_number)
+
+
+def test_sides_of_a_pupil_are_found_in_its_transfer():
+    """Its pattern is sinc² along x times sinc² along y, and a rectangle's image is a product too."""
+    rectangle = camsim.Rectangle(width_um=60.0, height_um=90.0, reflectance=0.0)
+    found = camsim.render(
+        camsim.Scene(background=1.0, shapes=[rectangle]),
+        [SquarePupil(), camsim.SquarePhotosite(side_um=0.0)],
+        camsim.Grid(rows=24, cols=24, pitch_um=4.88),
+        wavelength_nm=550.0,
+        tolerance=2e-5,
+    )
+    place = (np.arange(24) - 11.5) * 4.88
+
+    def lit(half_um):
+        t = np.pi / (0.55 * 8.0) * (place[:, None] + np.array([half_um, -half_um]))
+        before = special.sici(2.0 * t)[0] - np.sin(t) ** 2 / t
+        return (before[:, 0] - before[:, 1]) / np.pi
+
+    assert np.abs(found.image - (1.0 - np.outer(lit(45.0), lit(30.0)))).max() <= 2e-5
+    assert found.error_estimate <= 2e-5

@@ -14,9 +14,7 @@ import numpy as np
 from camsim.core.arrays import F64, I64, U8
 from camsim.core.cached import cached_property
 from camsim.numerics.quadrature import GOLDEN
-from camsim.optics import RoundLens
 from camsim.optics.of_pupil import OfPupil
-from camsim.optics.protocols import Fading
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Plan
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.grid import Grid
@@ -28,7 +26,6 @@ from camsim.scene import Scene
 OF_TOLERANCE = 0.1  # tolerance of the check over that of the image
 COARSER, LONGEST = (0.3, 1.0), 5.0  # alternatives, if that exceeds the memory limit or this many seconds
 FARTHER, FINER = 1.37, 1.13  # reach of the first level and number of wavelengths, over those of the image
-UNKNOWN = 3.0  # reach for a lens that is known by its transfer alone: sides of its pupil throw light far
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
 MANY = 5_000  # edges above which the image's transforms are reused
 COUNT, FEWEST, OF_IMAGE = 8, 3, 0.07  # photosites; the fewest where separate windows exceed this share of the image's
@@ -84,8 +81,7 @@ class FourierCheck:
             )
         ):
             return Waves(farther=FARTHER, rougher=1.0 / share).plan(job, fields=fields)
-        known = isinstance(lens, OfPupil | RoundLens | Fading)
-        return Waves(farther=FARTHER if known else UNKNOWN, finer=FINER).plan(job, fields=fields)
+        return Waves(farther=FARTHER, finer=FINER).plan(job, fields=fields)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to check."""

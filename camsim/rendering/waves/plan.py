@@ -53,6 +53,7 @@ RINGS_AT = 0.8, 0.85, 0.9, 0.95  # fractions of the cut-off at which an aberrate
 CROWD = 4000  # edges beyond which the bound on ringing grows no further
 NEARLY_ALL = 0.92  # fraction of the lens's band from which all of it is taken: a picture's ringing is not estimated
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # rule for the number of wavelengths
+NEAR_ZERO, KINK_DIRECTIONS = 0.01, 720  # of the cut-off, and in half a turn: where straight sides are looked for
 STEPS, DIRECTIONS = 256, 32  # samples of a system's transfer, along the radius and in angle
 SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # per frequency; the last, per node
 SECONDS_TABLE = 0.02  # for a pupil's transfer at one wavelength
@@ -245,12 +246,33 @@ class WavesPlan:
         the spike that falls within its width.
         """
         lens = self.job.system.lens
-        if not isinstance(lens, OfPupil) or lens.pupil.shape == "circular":
+        if isinstance(lens, RoundLens | Fading) or (isinstance(lens, OfPupil) and lens.pupil.shape == "circular"):
             return 0.0
-        sides = 1.0 if lens.pupil.sides % 2 else 2.0
-        thrown = sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
+        if isinstance(lens, OfPupil):
+            sides = 1.0 if lens.pupil.sides % 2 else 2.0
+            thrown = sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
+        else:
+            thrown = self._thrown
         again = math.sqrt(math.pi**2 / 3.0 * thrown * width / allowed)
         return min(HIDDEN * thrown / allowed, max(farthest, again))
+
+    @property
+    def _thrown(self) -> float:
+        """Light that the straight sides of an unknown pupil throw beyond r, times r in pitches, from its transfer.
+
+        Near frequency 0 the transfer falls by c(φ)·f. Opposite sides of length l give c a kink perpendicular to them, a
+        step of its slope by 4π² times what they throw.
+        """
+        system, pitch_um = self.job.system, self.job.grid.pitch_um
+        nm = float(self.job.signals.wavelength_nm[-1])
+        frequency = NEAR_ZERO * system.highest_per_um(np.array([nm]))
+        angle = np.pi * np.arange(KINK_DIRECTIONS) / KINK_DIRECTIONS
+        transfer = np.abs(system.point_otf(frequency * np.cos(angle), frequency * np.sin(angle), nm))
+        falls = (1.0 - transfer) / (frequency * pitch_um)
+        bend = np.roll(falls, 1) - 2.0 * falls + np.roll(falls, -1)
+        both = bend + np.roll(bend, -1)  # a kink lies between two directions
+        sharp = both - 0.5 * (np.roll(both, 4) + np.roll(both, -4))
+        return float(sharp.max()) * KINK_DIRECTIONS / (4.0 * math.pi**3)
 
     def _spot_um(self, wavelength_nm: float) -> float:
         """Return the largest distance of a ray from the centre of the spot."""
