@@ -240,10 +240,11 @@ def _directions_off(at: Overlaps, outer: float, count: int, nodes: I64) -> float
 def _radii_off(at: Overlaps, count: int, nodes: I64) -> float:
     """Return the error of interpolation between radii; no azimuthal order up to 8 vanishes in all directions tried."""
     places = radial_places(count, at.breaks)
-    tried = 0.5 * (places[1:] + places[:-1])
-    tried = tried[:: max(1, tried.size // 12)]
-    off = 0.0
-    for angle in (0.4,) if at.revolves else ANGLES_TRIED:
+    between = 0.5 * (places[1:] + places[:-1])
+    angles = ANGLES_TRIED[:1] if at.revolves else ANGLES_TRIED
+    every, off = min(len(angles), max(1, between.size // 12)), 0.0
+    for first, angle in enumerate(angles):
+        tried = between[first % every :: every]  # together the directions try every place
         end = float(at.border_at(np.array([angle]))[0])
         known = at(end * places, np.full(places.size, angle), nodes)
         right = at(end * tried, np.full(tried.size, angle), nodes)

@@ -82,7 +82,7 @@ class Lens:
         """
         table = self._table
         radii, directions = table.values.shape[1:]
-        each = min(max(OF_RADII * (1e-5 / self.allowed) ** 0.25, 3.0), 8.0)
+        each = min(max(OF_RADII * (1e-5 / self.allowed) ** 0.25, 3.0), 24.0)
         points = max(POLAR_POINTS, min(math.ceil(each * radii), MOST_POLAR)) if level.takes is None else POLAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
         per_um, per = frequency / self.pitch_um, points / level.cut
