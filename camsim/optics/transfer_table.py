@@ -28,7 +28,7 @@ RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512
 DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192
 PANEL_TRIED = 0.023, 0.19, 0.46, 0.71, 0.94  # of a panel
-ANGLES_TRIED = 0.05, 0.4, 0.9, 1.4, 1.9, 2.6
+ANGLES_TRIED = tuple((0.02 + np.pi * np.arange(12) / 12).tolist())
 RADII_TRIED, DIRECTIONS_TRIED = (
     (0.15, 0.45, 0.8, 0.97),  # near the cut-off only opposite rims overlap, whose phase changes fastest with direction
     (0.031, 0.173, 0.342, 0.561, 0.777, 0.913),
@@ -242,7 +242,7 @@ def _radii_off(at: Overlaps, count: int, nodes: I64) -> float:
     places = radial_places(count, at.breaks)
     between = 0.5 * (places[1:] + places[:-1])
     angles = ANGLES_TRIED[:1] if at.revolves else ANGLES_TRIED
-    every, off = min(len(angles), max(1, between.size // 12)), 0.0
+    every, off = min(4, len(angles), max(1, between.size // 12)), 0.0
     for first, angle in enumerate(angles):
         tried = between[first % every :: every]  # together the directions try every place
         end = float(at.border_at(np.array([angle]))[0])
