@@ -34,7 +34,8 @@ def test_synthetic_cameras_come_back() -> None:
     off = np.abs([each for result in results for each in result["off"].values()])
     assert off.size > 20
     assert off.max() <= 4.0, sentence
-    assert np.mean(off <= 2.0) >= 0.9, sentence
+    # Of 29 normal figures more than 4 lie beyond 2 in one case of a hundred.
+    assert np.count_nonzero(off > 2.0) <= 4, sentence
     stated = [p for result in results for p in result["probability"].values()]
     assert sum(p < 0.01 for p in stated) <= 1, sentence
 
