@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from camsim.core.arrays import F64, I64
 from camsim.numerics.quadrature import gauss_legendre, gauss_pieces
@@ -139,15 +140,9 @@ def _cover(layer: Layer, times: int, first: tuple[int, int], shape: tuple[int, .
 
 def _any(mask: np.ndarray, shifts: range) -> np.ndarray:
     """Return a mask (rows, cols): whether any place at these shifts, along both axes, is in the mask."""
+    middle = shifts.start + len(shifts) // 2
     for axis in (0, 1):
-        total = np.zeros_like(mask)
-        for shift in shifts:
-            into, out_of = slice(max(-shift, 0), mask.shape[axis] - max(shift, 0)), slice(max(shift, 0), None)
-            if shift < 0:
-                out_of = slice(0, shift)
-            where = (slice(None),) * axis
-            total[(*where, into)] |= mask[(*where, out_of)]
-        mask = total
+        mask = scipy.ndimage.maximum_filter1d(mask, len(shifts), axis=axis, mode="constant", origin=-middle)
     return mask
 
 

@@ -230,10 +230,15 @@ class WavesPlan:
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail, extent)
 
     @property
+    def _layers(self) -> Sequence[Layer | PointLayer]:
+        return () if self.fields is None else self.fields.layers
+
+    @property
     def _support(self) -> float:
         """Half the diagonal of a picture's largest spline, pitches: samples are selected by their centres."""
-        layers = () if self.fields is None else self.fields.layers
-        each = ((layer.degree + 1) * min(layer.step, LONGEST_SQUARE) for layer in layers if isinstance(layer, Layer))
+        each = (
+            (layer.degree + 1) * min(layer.step, LONGEST_SQUARE) for layer in self._layers if isinstance(layer, Layer)
+        )
         return math.sqrt(0.5) * max(each, default=0.0)
 
     def _spikes(self, longest: float, allowed: float, farthest: float, width: float) -> float:
@@ -318,21 +323,20 @@ class WavesPlan:
         bytes_each = most * BYTES_EACH, image.sources[0][1].shape[1] * BYTES_SUMMED
         at_once = MOST_AT_ONCE / most if image.in_parts else math.inf
         memory = max(min(size, at_once) * bytes_each[0] + places * bytes_each[1] for size, places in self._lattices)
-        layers = () if self.fields is None else self.fields.layers
-        samples = sum(layer.shape[0] * layer.shape[1] * layer.planes for layer in layers if not layer.upright)
-        samples += sum(math.prod(layer.shape) for layer in layers if layer.outline is not None and layer.upright)
+        samples = sum(math.prod(layer.shape) * layer.planes for layer in self._layers if not layer.upright)
+        samples += sum(math.prod(layer.shape) for layer in self._layers if layer.outline is not None and layer.upright)
         return Cost(seconds=0.005 + seconds + tables + SECONDS_SAMPLE * samples, memory_bytes=memory)
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
-        grid, layers = self.job.grid, () if self.fields is None else self.fields.layers
+        grid = self.job.grid
         return Work(
             edges=len(self.job.edges),
             wavelength_nodes=self.wavelengths,
             channels=images,
             photosites=images * grid.rows * grid.cols,
             frequencies=self._frequencies,
-            samples_of_pictures=sum(layer.shape[0] * layer.shape[1] for layer in layers),
+            samples_of_pictures=sum(math.prod(layer.shape) for layer in self._layers),
         )
 
     def decisions(self) -> Iterator[Decision]:
@@ -340,7 +344,7 @@ class WavesPlan:
         image = self.image
         if image is None:
             return
-        for layer in () if self.fields is None else self.fields.layers:
+        for layer in self._layers:
             decision, reason = layer.said
             yield Decision(topic=layer.kind, decision=decision, reason=reason)
         if len(image.levels) > 1:
