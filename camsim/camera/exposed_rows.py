@@ -9,11 +9,14 @@ import numpy as np
 from camsim.camera.body import Body
 from camsim.camera.window import rows_of, widened
 from camsim.core.arrays import F32, F64, U8
+from camsim.core.kernels import shared
 from camsim.core.tiled import Tiled
 from camsim.optics.protocols import Illuminates
 from camsim.rendering import Grid
 from camsim.sensor.chain import mixed
 from camsim.sensor.falloff import falloff_at
+
+_ROWS_AT_ONCE = 32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,7 +73,7 @@ class Window:
         channel = self.channel(rows_of(self.grid, rows_before, len(displayed_e)))
         return ExposedRows(rows_before=rows_before, mean_e=mean_e, displayed_e=displayed_e, channel=channel)
 
-    def truth(self, planes: F64 | None, veil_e: F64, mean_electrons: F64) -> F32 | None:
+    def truth(self, planes: F64 | F32 | None, veil_e: F64, mean_electrons: F64) -> F32 | None:
         """Return (rows, cols, channels) mean electrons: planes, with ``mean_electrons`` in each photosite's channel."""
         if planes is None:
             return None
@@ -83,8 +86,12 @@ class Window:
         one, crosstalk = self.channel(self.grid), self.camera.crosstalk
         for k in range(len(planes)):
             plane = planes[k] if crosstalk is None else crosstalk.seen_by(k, planes, self.camera.cfa)
-            truth[..., k] = plane
-            np.copyto(truth[..., k], mean_electrons, where=one == k, casting="same_kind")
+
+            def work(begin: int, end: int, k: int = k, plane: F64 | F32 = plane) -> None:
+                rows = slice(begin, end)
+                truth[rows, :, k] = np.where(one[rows] == k, mean_electrons[rows], plane[rows])
+
+            shared(len(truth), work, least=_ROWS_AT_ONCE)
         return truth
 
     @property

@@ -17,8 +17,9 @@ from camsim.camera.recording import Recording
 from camsim.camera.reporting import Clock
 from camsim.camera.window import Region
 from camsim.core.annotations import Called
-from camsim.core.arrays import F64, I64, U16
+from camsim.core.arrays import F32, F64, I64, U16
 from camsim.core.cached import cached_property
+from camsim.core.kernels import shared
 from camsim.core.memory import needed_bytes, too_large
 from camsim.core.typed import FrameNumber, Seed, Truth, Whole, refusal, validate
 from camsim.core.words import brief
@@ -230,10 +231,10 @@ class Shot(Recording):
             _weigh(samples[here], self.response[channel], image[here])
         return image
 
-    def _planes(self, samples: Any) -> F64:
-        """Return (channels, rows, cols) mean electrons of every channel."""
+    def _planes(self, samples: Any) -> F32:
+        """Return (channels, rows, cols) mean electrons of every channel, for the truth."""
         assert self.response is not None
-        planes = np.empty((len(self.response), *samples.shape[:2]))
+        planes = np.empty((len(self.response), *samples.shape[:2]), np.float32)
         for weights, plane in zip(self.response, planes, strict=True):
             _weigh(samples, weights, plane)
         return planes
@@ -253,11 +254,16 @@ def reflected(size: int, step: int) -> I64:
     return inside
 
 
-def _weigh(samples: Any, weights: F64, total: F64) -> None:
-    """Write Σ plane × weight, (rows, cols), in double precision, rows by rows as a cache holds them."""
+def _weigh(samples: Any, weights: F64, total: F64 | F32) -> None:
+    """Write Σ plane × weight, (rows, cols), summed in double precision, rows by rows as a cache holds them."""
     planes = samples[..., None] if samples.ndim == 2 else samples
-    for first in range(0, len(total), _ROWS_AT_ONCE):
-        rows = slice(first, first + _ROWS_AT_ONCE)
-        total[rows] = 0.0
-        for plane in np.flatnonzero(weights):
-            total[rows] += np.multiply(planes[rows, :, plane], weights[plane], dtype=np.float64)
+
+    def work(begin: int, end: int) -> None:
+        for first in range(begin, end, _ROWS_AT_ONCE):
+            rows = slice(first, min(first + _ROWS_AT_ONCE, end))
+            sums = np.zeros(total[rows].shape)
+            for plane in np.flatnonzero(weights):
+                sums += np.multiply(planes[rows, :, plane], weights[plane], dtype=np.float64)
+            total[rows] = sums
+
+    shared(len(total), work, least=_ROWS_AT_ONCE)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camsim.core.annotations import Called
-from camsim.core.arrays import F64
+from camsim.core.arrays import F32, F64
 from camsim.core.typed import Fraction, Number, Several, refusal, validate
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.stage import Context, ElectronicStage, Phase
@@ -91,7 +91,7 @@ class Crosstalk(ElectronicStage):
         left: F64 = np.sqrt(squares) / (self.mixing(cfa) @ each_e)
         return left
 
-    def seen_by(self, channel: int, planes: F64, cfa: Cfa) -> F64:
+    def seen_by(self, channel: int, planes: F64 | F32, cfa: Cfa) -> F64:
         """Return (rows, cols) mean charge that a photosite of ``channel`` would collect at every position.
 
         Its neighbours are those of such a photosite in the array, averaged over its positions in a period.
