@@ -15,11 +15,12 @@ from camsim.numerics.nonuniform import modes
 from camsim.numerics.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges
 from camsim.rendering.waves.clamped import clamped, netted
-from camsim.rendering.waves.kernels import slope
+from camsim.rendering.waves.kernels import slope, transform_edges
 from camsim.rendering.waves.levels import Lattice
 
 MOST_NODES = 200  # of one Gauss rule on an edge; longer edges are divided
 EDGES_AT_ONCE, ROWS_AT_ONCE = 1000, 16
+FEW_EDGES = 64  # for which closed forms at all frequencies take less than quadrature and transforms of its nodes
 NODES_AT_ONCE = 1_000_000  # of all kinds that are transformed together
 
 
@@ -67,7 +68,9 @@ class EdgeSource:
         if not len(start):
             return None
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
-        areas = [0.5 * float(np.sum(twice * one)) for one in jump.T]
+        areas = np.array([0.5 * float(np.sum(twice * one)) for one in jump.T])
+        if len(start) <= FEW_EDGES:
+            return _in_closed_form(start, end, jump, areas, lattice)
         places, which, along = _nodes(start, end, lattice, 0.5 * self.precision)
         rows = lattice.rows
         out = np.empty((self.kinds, len(rows), lattice.counts[0]), complex)
@@ -80,10 +83,26 @@ class EdgeSource:
         for whole, area in zip(out, areas, strict=True):
             shared(
                 len(whole),
-                functools.partial(slope, whole, -rows.start, step_x, step_y, area),
+                functools.partial(slope, whole, -rows.start, step_x, step_y, float(area)),
                 least=ROWS_AT_ONCE,
             )
         return out
+
+
+def _in_closed_form(start: F64, end: F64, jump: F64, areas: F64, lattice: Lattice) -> C128:
+    """Return the transforms (kinds, n, m) of regions, edge by edge at every frequency."""
+    rows, (columns, _) = np.array(lattice.rows), lattice.counts
+    step_x, step_y = (1.0 / period for period in lattice.periods)
+    middle, sides = 0.5 * (start + end), end - start
+    along = []
+    for axis, frequency in enumerate((step_x * np.arange(columns), step_y * rows)):
+        phase, half = (np.pi * np.multiply.outer(one[:, axis], frequency) for one in (-2.0 * middle, sides))
+        along.append(np.stack([np.cos(phase), np.sin(phase), np.cos(half), np.sin(half)]))
+    out = np.empty((jump.shape[1], rows.size, columns), complex)
+    scale, jump = (step_x, step_y, lattice.cut), np.ascontiguousarray(jump)
+    work = functools.partial(transform_edges, out, jump, sides, along[0], along[1], scale, lattice.rows.start, areas)
+    shared(rows.size, work, least=ROWS_AT_ONCE)
+    return out
 
 
 def phases(places: F64, lattice: Lattice) -> tuple[F64, F64]:

@@ -9,6 +9,8 @@ import numpy as np
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.kernels import kernel
 
+SMALL_PHASE = 1e-4  # radians below which a sinc is taken from its series
+
 
 @kernel()
 def add_curves(
@@ -218,6 +220,58 @@ def _cubic(t: float, weights: F64) -> None:
     a, b, c = t + 1.0, t - 1.0, t - 2.0
     weights[0], weights[1] = -t * b * c / 6.0, a * b * c / 2.0
     weights[2], weights[3] = -a * t * c / 2.0, a * t * b / 6.0
+
+
+@kernel(allocates=True, error_model="numpy")
+def transform_edges(
+    out: C128,
+    jump: F64,
+    sides: F64,
+    across: F64,
+    down: F64,
+    scale: tuple[float, float, float],
+    lowest: int,
+    area: F64,
+    begin: int,
+    stop: int,
+) -> None:
+    """Write rows begin … stop of the transforms (kinds, n, m) of regions that few edges bound, each in closed form.
+
+    Stokes' theorem gives Σ jump·i·(fx·ey − fy·ex)/(2π|f|²)·exp(−2πi f·middle)·sinc(f·e) over the edges e.
+
+    jump   : (edges, kinds);  sides: (edges, 2) ex and ey;  area: (kinds,) the transforms at frequency 0
+    across : (4, edges, m) cosine and sine of −2πfx·middle and of πfx·ex;  down: (4, edges, n) the same of y
+    scale  : steps of m and of n, and the highest frequency, cycles/pitch;  lowest: the first row over its step
+    """
+    kinds, _, columns = out.shape
+    step_x, step_y, most = scale
+    real, imaginary = np.empty((kinds, columns)), np.empty((kinds, columns))
+    cosine, sine = np.empty(columns), np.empty(columns)
+    for row in range(begin, stop):
+        fy = (lowest + row) * step_y
+        last = 0 if abs(fy) > most else min(columns, int(math.sqrt(most * most - fy * fy) / step_x) + 1)
+        real[:], imaginary[:] = 0.0, 0.0
+        for e in range(len(jump)):
+            (ex, ey), (u, v, c, s) = sides[e], down[:, e, row]
+            cos_middle, sin_middle, cos_half, sin_half = across[0, e], across[1, e], across[2, e], across[3, e]
+            for i in range(last):
+                fx = i * step_x
+                x = math.pi * (fx * ex + fy * ey)
+                waves = sin_half[i] * c + cos_half[i] * s
+                size = (1.0 - x * x / 6.0 if abs(x) < SMALL_PHASE else waves / x) * (fx * ey - fy * ex)
+                cosine[i] = size * (cos_middle[i] * u - sin_middle[i] * v)
+                sine[i] = size * (sin_middle[i] * u + cos_middle[i] * v)
+            for k in range(kinds):
+                times = jump[e, k]
+                for i in range(last):
+                    real[k, i] += times * cosine[i]
+                    imaginary[k, i] += times * sine[i]
+        for k in range(kinds):
+            for i in range(columns):
+                square = 2.0 * math.pi * ((i * step_x) ** 2 + fy * fy)
+                out[k, row, i] = complex(-imaginary[k, i] / square, real[k, i] / square)
+            if fy == 0.0:
+                out[k, row, 0] = area[k]
 
 
 @kernel()
