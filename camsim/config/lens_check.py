@@ -10,8 +10,8 @@ from scipy.interpolate import LinearNDInterpolator
 from camsim.config.lens_rays import Prescription
 from camsim.core.arrays import F64
 from camsim.errors import InputError, UnsupportedError
+from camsim.numerics.zernike import cosines, orders
 from camsim.optics.field_lens import FieldLens
-from camsim.optics.zernike import cosines, orders
 
 GOLDEN = math.pi * (3.0 - math.sqrt(5.0))  # golden angle, which covers the pupil uniformly
 CHECK_RAYS = 2500  # for the check of transfer functions

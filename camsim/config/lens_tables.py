@@ -19,9 +19,9 @@ from camsim.core.arrays import F64
 from camsim.core.cores import one_blas_thread
 from camsim.core.note import Note
 from camsim.errors import InputError
+from camsim.numerics.zernike import cosines, orders
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.wavefront import MOST_WAVES
-from camsim.optics.zernike import cosines, orders
 
 WAVELENGTHS_NM = (380.0, 410.0, 440.0, 470.0, 500.0, 530.0, 560.0, 590.0, 620.0, 650.0, 690.0, 740.0, 780.0)
 STEPS = (12, 24, 48)  # of the radius: as required by wavefronts in between

@@ -10,7 +10,7 @@ import numpy as np
 
 from camsim.core.arrays import F64
 from camsim.core.typed import Number, Positive, validate
-from camsim.optics.bessel import bessel_j0_j1
+from camsim.numerics.bessel import bessel_j0_j1, jinc
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
 from camsim.spectra.curve import NumberOrCurve, Transmission
 
@@ -33,24 +33,24 @@ def airy_otf(freq_per_um: F64, *, f_number: float, wavelength_nm: float) -> F64:
     return otf
 
 
-def airy_encircled_energy(r_um: F64, *, f_number: float, wavelength_nm: float) -> F64:
-    """Fraction of a point's light that falls within ``r_um`` of its centre (Lord Rayleigh, 1881).
+class DiffractionLimit:
+    """Mixin of lenses with an ``f_number``. It has no fields."""
 
-    r_um    : (...) radius on the sensor, µm
-    returns : (...) E = 1 − J0²(x) − J1²(x), x = πr/(λN); 0 at the centre, 1 at infinity
+    __slots__ = ()
 
-    >>> first_dark_ring_um = 1.2196698912665045 * 0.55 * 8
-    >>> float(airy_encircled_energy(np.array(first_dark_ring_um), f_number=8.0, wavelength_nm=550.0).round(4))
-    0.8378
-    """
-    x = np.pi * np.asarray(r_um, float) / (f_number * wavelength_nm / NM_PER_UM)
-    j0, j1 = bessel_j0_j1(x)
-    energy: F64 = 1.0 - j0**2 - j1**2
-    return energy
+    f_number: float
+
+    def blur_um(self, wavelength_nm: float) -> float:
+        """Scale of the PSF without aberrations, µm: λN, wavelength × f-number."""
+        return self.f_number * wavelength_nm / NM_PER_UM
+
+    def cutoff_per_um(self, wavelength_nm: float) -> float:
+        """The frequency beyond which nothing passes in any direction, 1/(λN), cycles/µm."""
+        return 1.0 / self.blur_um(wavelength_nm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Airy:
+class Airy(DiffractionLimit):
     """A diffraction-limited lens.
 
     f_number     : focal length over aperture diameter, dimensionless
@@ -58,6 +58,9 @@ class Airy:
 
     >>> round(Airy(f_number=8.0).cutoff_per_um(550.0), 4)
     0.2273
+    >>> first_dark_ring_um = 1.2196698912665045 * 0.55 * 8
+    >>> float(Airy(f_number=8.0).encircled_energy(np.array(first_dark_ring_um), 550.0).round(4))
+    0.8378
     """
 
     place: ClassVar[str] = "lens"
@@ -71,14 +74,6 @@ class Airy:
 
     def __post_init__(self) -> None:
         validate(self)
-
-    def blur_um(self, wavelength_nm: float) -> float:
-        """Scale of the PSF, µm: λN, wavelength × f-number, the inverse of the cut-off frequency."""
-        return self.f_number * wavelength_nm / NM_PER_UM
-
-    def cutoff_per_um(self, wavelength_nm: float) -> float:
-        """The frequency beyond which nothing passes, 1/(λN), cycles/µm."""
-        return 1.0 / self.blur_um(wavelength_nm)
 
     def pattern(self) -> Pattern:
         """Return the pattern for the boundary engine."""
@@ -94,11 +89,7 @@ class Airy:
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
         """Irradiance at ``r_um`` (µm) from a point of unit power, 1/µm²: π/(λN)²·(J1(x)/x)², x = πr/(λN)."""
         blur_um = self.blur_um(wavelength_nm)
-        x = (math.pi / blur_um) * np.asarray(r_um, float)
-        near = x < 1e-4
-        safe = np.where(near, 1.0, x)
-        jinc = np.where(near, 0.5 - x * x / 16.0, bessel_j0_j1(safe)[1] / safe)
-        irradiance: F64 = math.pi / blur_um**2 * jinc * jinc
+        irradiance: F64 = math.pi / blur_um**2 * jinc((math.pi / blur_um) * np.asarray(r_um, float)) ** 2
         return irradiance
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
@@ -106,8 +97,10 @@ class Airy:
         return airy_otf(np.hypot(fx_per_um, fy_per_um), f_number=self.f_number, wavelength_nm=wavelength_nm)
 
     def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64:
-        """Fraction of the light within ``r_um`` (µm) of the centre."""
-        return airy_encircled_energy(r_um, f_number=self.f_number, wavelength_nm=wavelength_nm)
+        """Fraction of the light within ``r_um`` of the centre: 1 − J0²(x) − J1²(x), x = πr/(λN) (Rayleigh, 1881)."""
+        j0, j1 = bessel_j0_j1(np.pi * np.asarray(r_um, float) / self.blur_um(wavelength_nm))
+        energy: F64 = 1.0 - j0**2 - j1**2
+        return energy
 
 
 _ENERGY, _OTF = of_unit(Airy(f_number=1.0))

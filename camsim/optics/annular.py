@@ -12,8 +12,9 @@ import scipy
 
 from camsim.core.arrays import C128, F64
 from camsim.core.typed import Number, Positive, validate
+from camsim.numerics.bessel import jinc
 from camsim.numerics.quadrature import gauss_legendre
-from camsim.optics.airy import AIRY, NM_PER_UM, airy_otf
+from camsim.optics.airy import AIRY, DiffractionLimit, airy_otf
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
 from camsim.optics.pupil import Obstruction
 from camsim.spectra.curve import NumberOrCurve, Transmission
@@ -24,7 +25,7 @@ SERIES_FROM = 5.0  # λN: x = 16, where an Airy pattern's asymptotic series has 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AnnularAiry:
+class AnnularAiry(DiffractionLimit):
     """A diffraction-limited lens with a central obstruction.
 
     f_number     : focal length over aperture diameter, dimensionless; the obstruction does not change it
@@ -55,14 +56,6 @@ class AnnularAiry:
     def opening(self) -> float:
         """Area of the pupil as a fraction of the aperture without obstruction."""
         return 1.0 - self.obstruction**2
-
-    def blur_um(self, wavelength_nm: float) -> float:
-        """Scale of the PSF, µm: λN."""
-        return self.f_number * wavelength_nm / NM_PER_UM
-
-    def cutoff_per_um(self, wavelength_nm: float) -> float:
-        """The frequency beyond which nothing passes, 1/(λN), cycles/µm."""
-        return 1.0 / self.blur_um(wavelength_nm)
 
     def pattern(self) -> Pattern:
         """Return the pattern for the boundary engine."""
@@ -99,7 +92,7 @@ class AnnularAiry:
         """Irradiance at ``r_um`` (µm) from a point of unit power, 1/µm²: the amplitudes of two discs subtracted."""
         blur_um, e = self.blur_um(wavelength_nm), self.obstruction
         x = (math.pi / blur_um) * np.asarray(r_um, float)
-        amplitude = _jinc(x) - e * e * _jinc(e * x)
+        amplitude = jinc(x) - e * e * jinc(e * x)
         irradiance: F64 = math.pi / (blur_um**2 * (1.0 - e * e)) * amplitude * amplitude
         return irradiance
 
@@ -110,20 +103,16 @@ class AnnularAiry:
         """
         e = self.obstruction
         x = (math.pi / self.blur_um(wavelength_nm)) * np.asarray(r_um, float)
-        outside = scipy.special.j0(x) ** 2 + scipy.special.j1(x) ** 2
+        outside = _airy_outside(x)
         if e > 0.0:
-            outside = (
-                outside + e * e * (scipy.special.j0(e * x) ** 2 + scipy.special.j1(e * x) ** 2) - 4.0 * e * _cross(x, e)
-            )
+            outside = outside + e * e * _airy_outside(e * x) - 4.0 * e * _cross(x, e)
         energy: F64 = np.where(x == 0.0, 0.0, 1.0 - outside / (1.0 - e * e))
         return energy
 
 
-def _jinc(x: F64) -> F64:
-    near = x < 1e-4
-    safe = np.where(near, 1.0, x)
-    values: F64 = np.where(near, 0.5 - x * x / 16.0, scipy.special.j1(safe) / safe)
-    return values
+def _airy_outside(x: F64) -> F64:
+    energy: F64 = scipy.special.j0(x) ** 2 + scipy.special.j1(x) ** 2
+    return energy
 
 
 def _cross(x: F64, e: float) -> F64:
@@ -153,7 +142,7 @@ def _gauss_integral(low: F64, high: F64, e: float) -> F64:
     nodes, weights = gauss_legendre(12)
     half = 0.5 * (high - low)
     t = (low + half)[:, None] + half[:, None] * nodes
-    values: F64 = half * ((scipy.special.j1(t) * e * _jinc(e * t)) @ weights)
+    values: F64 = half * ((scipy.special.j1(t) * e * jinc(e * t)) @ weights)
     return values
 
 

@@ -14,11 +14,12 @@ from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
 from camsim.core.typed import Fraction, NonNegative, Number, Positive, Several, Whole, refusal, validate
-from camsim.optics.airy import NM_PER_UM, Airy
-from camsim.optics.placed import PlacedLens, along, defocus_nm
+from camsim.numerics.splines import mirrored_spline, spline
+from camsim.numerics.zernike import LARGEST_INDEX, orders
+from camsim.optics.airy import NM_PER_UM, Airy, DiffractionLimit
+from camsim.optics.placed import PlacedLens, defocus_nm
 from camsim.optics.pupil import Pupil
 from camsim.optics.wavefront import MOST_WAVES, check_focus
-from camsim.optics.zernike import LARGEST_INDEX, orders
 from camsim.spectra.curve import NumberOrCurve, Transmission, Wavelength
 
 POWERS_HOLD = 2.0  # largest height, over the last one, to which a distortion's polynomial is used
@@ -28,7 +29,7 @@ BEYOND = 1.0 + 1e-9  # allows for the rounding of a corner's radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FieldLens:
+class FieldLens(DiffractionLimit):
     """A lens whose PSF changes over the frame.
 
     The PSF at each photosite is that of its place. A lens of revolution is given along one radius, by ``height_um``;
@@ -269,7 +270,7 @@ class FieldLens:
         """Return the light at distances from the axis, relative to that on the axis."""
         if not self.relative_illumination:
             return np.ones_like(radius_um)
-        displayed: F64 = _even(self.height_um, np.array(self.relative_illumination))(
+        displayed: F64 = mirrored_spline(self.height_um, np.array(self.relative_illumination))(
             np.minimum(radius_um, self.height_um[-1])
         )
         return np.clip(displayed, 0.0, None)
@@ -283,14 +284,6 @@ class FieldLens:
         return Airy(f_number=self.f_number).otf(
             frequency_per_um * direction[0], frequency_per_um * direction[1], wavelength_nm
         )
-
-    def blur_um(self, wavelength_nm: float) -> float:
-        """Scale of the PSF without aberrations, µm: λN."""
-        return self.f_number * wavelength_nm / NM_PER_UM
-
-    def cutoff_per_um(self, wavelength_nm: float) -> float:
-        """The frequency beyond which nothing passes in any direction, cycles/µm."""
-        return 1.0 / self.blur_um(wavelength_nm)
 
 
 def _numbers(table: Any) -> F64:
@@ -325,15 +318,15 @@ def _table(lens: FieldLens) -> Callable[[float, float], F64]:
     path = np.asarray(lens.waves) * nm.reshape(-1, *(1,) * (len(lens._places) + 1))
     if not lens.turns:
         down = np.moveaxis(path, (1, 2, 3, 0), (0, 1, 2, 3))  # (y, x, k, w)
-        rows = along(tuple(lens.x_um), np.moveaxis(down, 1, 0))
-        return lambda x_um, y_um: along(tuple(lens.y_um), rows(x_um))(y_um)
+        rows = spline(tuple(lens.x_um), np.moveaxis(down, 1, 0))
+        return lambda x_um, y_um: spline(tuple(lens.y_um), rows(x_um))(y_um)
     each = [_about_axis(lens.height_um, path[:, :, k].T, orders(index)[1]) for k, index in enumerate(lens.zernike)]
     return lambda x_um, y_um: np.array([one(math.hypot(x_um, y_um)) for one in each])
 
 
 @functools.lru_cache(maxsize=64)
 def _lateral(lens: FieldLens) -> Callable[[float], F64]:
-    return _even(lens.height_um, np.array(lens.lateral_colour_um).T, 1)
+    return mirrored_spline(lens.height_um, np.array(lens.lateral_colour_um).T, 1)
 
 
 def _about_axis(heights: Any, values: F64, m: int) -> Callable[..., F64]:
@@ -343,17 +336,10 @@ def _about_axis(heights: Any, values: F64, m: int) -> Callable[..., F64]:
     interpolated, so that they begin with the power 3 or 4: as smooth as a cubic spline.
     """
     if m < 3:
-        return _even(heights, values, m)
+        return mirrored_spline(heights, values, m)
     square = np.square(np.array(heights, float))[:, None]
-    over = _even(heights, np.divide(values, square, out=np.zeros_like(values), where=square > 0.0), m)
+    over = mirrored_spline(heights, np.divide(values, square, out=np.zeros_like(values), where=square > 0.0), m)
     return lambda h: over(h) * h**2
-
-
-def _even(heights: Any, values: F64, m: int = 0) -> Callable[..., F64]:
-    """Return a spline through values (heights, …), even about the axis, or odd if m is odd."""
-    places = np.array(heights, float)
-    mirrored = (-values if m % 2 else values)[:0:-1]
-    return along((*-places[:0:-1], *places), np.concatenate([mirrored, values]))
 
 
 def _radially(lens: FieldLens, ideal_um: F64) -> F64:
@@ -375,7 +361,7 @@ def _moved(lens: FieldLens) -> tuple[Callable[[F64], F64], float, float]:
     heights = lens.distortion_height_um or lens.height_um
     last = heights[-1]
     if lens.distortion:
-        fraction = _even(heights, np.array(lens.distortion))
+        fraction = mirrored_spline(heights, np.array(lens.distortion))
         steeper = float(fraction(last, 1)) if len(heights) > 1 else 0.0
         return lambda h: h * (1.0 + fraction(h)), last, 1.0 + lens.distortion[-1] + last * steeper
     powers = (1.0, *lens.distortion_powers)

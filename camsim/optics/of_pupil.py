@@ -12,7 +12,7 @@ import scipy
 
 from camsim.core.arrays import C128, F64
 from camsim.errors import UnsupportedError
-from camsim.optics.airy import NM_PER_UM, Airy
+from camsim.optics.airy import Airy, DiffractionLimit
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.pupil import Pupil
 
@@ -23,7 +23,7 @@ MOST_NODES, MOST_ACROSS = 4e6, 1000  # of the pupil's rule; per axis of its over
 PER_RADIAN, SPARE, GROWTH = 0.2, 24, 1.4  # nodes along a ray: per radian of phase, in addition, and their growth
 
 
-class OfPupil:
+class OfPupil(DiffractionLimit):
     """Mixin of lenses with an ``f_number``, a ``pupil``, ``waves`` over it, and a property ``_symmetric``.
 
     It has no fields.
@@ -31,7 +31,6 @@ class OfPupil:
 
     __slots__ = ()
 
-    f_number: float
     pupil: Pupil
 
     @abstractmethod
@@ -47,10 +46,6 @@ class OfPupil:
     def opening(self) -> float:
         """Area of the pupil as a fraction of a circle of diameter D."""
         return self.pupil.area / math.pi
-
-    def blur_um(self, wavelength_nm: float) -> float:
-        """Scale of the PSF without aberrations, µm: λN."""
-        return self.f_number * wavelength_nm / NM_PER_UM
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
         """The frequency beyond which nothing passes in any direction, cycles/µm."""

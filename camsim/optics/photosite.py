@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -10,16 +9,18 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
-import scipy
 from annotated_types import Gt, Le
 
-from camsim.core.arrays import C128, F64
+from camsim.core.arrays import F64
 from camsim.core.typed import Corners, NonNegative, Number, Place, Positive, Several, check, refusal, validate
 from camsim.core.words import brief
+from camsim.numerics.bessel import jinc
 from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import gauss_legendre
 
-POWERS = 14  # of the series of a polygon's transfer for phases below 0.45 radians: 0.45¹⁴/14! is 2e-16
+# Largest |f| over a polygon's inverse size for the quadrature rule, whose phases are then below 0.45 radians, and the
+# nodes of each axis of a triangle: they integrate such a wave to rounding.
+LOW, NODES = 0.05, 7
 
 
 class _Rectangle:
@@ -142,11 +143,7 @@ class CircularPhotosite:
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function 2·J1(z)/z, z = π·d·f, the same at every wavelength."""
-        z = math.pi * self.diameter_um * np.hypot(fx_per_um, fy_per_um)
-        near = z < 1e-4
-        safe = np.where(near, 1.0, z)
-        otf: F64 = np.where(near, 1.0 - z * z / 8.0, 2.0 * scipy.special.j1(safe) / safe)
-        return otf
+        return 2.0 * jinc(math.pi * self.diameter_um * np.hypot(fx_per_um, fy_per_um))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -267,23 +264,19 @@ class PolygonPhotosite:
         """Transfer function, the mean of exp(+2πi f·a) over the area; complex, the same at every wavelength.
 
         The positive sign is due to correlation: a photosite whose area lies to the right of its centre has the image
-        shifted to the left. The sum over edges has a closed form; at low frequencies, where it cancels, a power series
-        is used.
+        shifted to the left. The sum over edges has a closed form; at low frequencies, where it cancels, a quadrature
+        rule is used.
         """
         fx, fy = np.broadcast_arrays(np.asarray(fx_per_um, float), np.asarray(fy_per_um, float))
         points = np.array(self.points_um)
         size = float(np.abs(points).max())
-        square = fx * fx + fy * fy
-        low = square * size * size < 2.5e-3
+        low = (fx * fx + fy * fy) * size * size < LOW**2
         out = np.empty(fx.shape, complex)
         out[~low] = _by_edges(points, fx[~low], fy[~low]) / (0.5 * _doubled_area(points))
-        x, y, powers = fx[low] * size, fy[low] * size, np.zeros(np.count_nonzero(low), complex)
-        for row in _series(tuple((float(a), float(b)) for a, b in points / size))[::-1]:
-            one = np.zeros(x.size, complex)
-            for coefficient in row[::-1]:
-                one = one * y + coefficient
-            powers = powers * x + one
-        out[low] = powers
+        total = np.zeros(np.count_nonzero(low), complex)
+        for x, y, weight in _rule(points).tolist():
+            total += weight * np.exp(2j * np.pi * (fx[low] * x + fy[low] * y))
+        out[low] = total
         return out
 
 
@@ -303,42 +296,34 @@ def _by_edges(points: F64, fx: F64, fy: F64) -> F64:
     return transform
 
 
-@functools.lru_cache(maxsize=16)
-def _series(corners: tuple[tuple[float, float], ...]) -> C128:
-    """Return the transfer's coefficients of fxᵖ·fyᵠ, p + q < POWERS: (2πi)ᵖ⁺ᵠ⟨xᵖyᵠ⟩/p!q!, for |x|, |y| ≤ 1.
+def _rule(points: F64) -> F64:
+    """Return x, y and weights (n, 3) of a rule for the mean over a polygon.
 
-    The moments use a collapsed Gauss rule over the triangles from the first corner, with signed weights.
+    It is a collapsed Gauss rule over the triangles from the first corner, with signed weights.
     """
-    points = np.array(corners)
-    x, w = gauss_legendre(POWERS)
+    x, w = gauss_legendre(NODES)
     x, w = 0.5 * (1.0 + x), 0.5 * w
     u, v = (axis.ravel() for axis in np.meshgrid(x, x, indexing="ij"))
-    moments, area = np.zeros((POWERS, POWERS)), 0.0
+    triangles = []
     for b, c in pairwise(points[1:]):
         p, q = b - points[0], c - points[0]
         nodes = points[0] + u[:, None] * (p + v[:, None] * (q - p))
-        weights = (np.outer(w, w).ravel() * u) * (p[0] * q[1] - p[1] * q[0])
-        powers = nodes.T[:, None] ** np.arange(POWERS)[:, None]
-        moments += np.einsum("pn,qn,n->pq", *powers, weights)
-        area += float(weights.sum())
-    order = np.arange(POWERS)
-    each = (2j * np.pi) ** order / scipy.special.factorial(order)
-    kept = order[:, None] + order < POWERS
-    series: C128 = np.where(kept, np.outer(each, each) * moments / area, 0.0)
-    return series
+        triangles.append(np.column_stack([nodes, np.outer(w, w).ravel() * u * (p[0] * q[1] - p[1] * q[0])]))
+    rule = np.concatenate(triangles)
+    rule[:, 2] /= rule[:, 2].sum()
+    return rule
 
 
 def _crossing(points: F64) -> tuple[int, int] | None:
     """Return two sides (counted from 1) that cross or touch without being neighbours; None if there are none."""
-    count = len(points)
+    ends = np.roll(points, -1, axis=0)
+    (along_x, along_y), count = (ends - points).T[:, :, None], len(points)
 
-    def side(a: F64, b: F64, c: F64) -> float:
-        return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+    def left_of_sides(places: F64) -> F64:
+        away_x, away_y = (places - points[:, None]).transpose(2, 0, 1)
+        left: F64 = along_x * away_y - along_y * away_x
+        return left
 
-    for i in range(count):
-        a, b = points[i], points[(i + 1) % count]
-        for j in range(i + 2, count if i else count - 1):
-            c, d = points[j], points[(j + 1) % count]
-            if side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0:
-                return i + 1, j + 1
-    return None
+    straddles = left_of_sides(points) * left_of_sides(ends) <= 0.0
+    found = np.argwhere(np.triu(straddles & straddles.T, 2)).tolist()
+    return next(((i + 1, j + 1) for i, j in found if (i, j) != (0, count - 1)), None)

@@ -10,14 +10,14 @@ from itertools import pairwise
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-import scipy
 
 from camsim.core.arrays import F64
+from camsim.numerics.splines import spline
+from camsim.numerics.zernike import orders, zernike_sum
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.of_pupil import ACROSS, OfPupil
 from camsim.optics.protocols import Varies
 from camsim.optics.pupil import Pupil
-from camsim.optics.zernike import orders, zernike_sum
 
 TILTS = 2  # OSA indices up to this one are piston and tilts
 STEPS = 6  # wavelengths between which the path difference is assumed to be monotonic
@@ -107,33 +107,7 @@ def _waves(lens: PlacedLens, wavelength_nm: float) -> tuple[float, ...]:
 @functools.lru_cache(maxsize=1024)
 def _spline(lens: PlacedLens) -> Callable[..., F64]:
     """Return the path differences (k,) as a function of the wavelength."""
-    return along(lens.wavelength_nm, np.array(lens.path_nm).reshape(len(lens.wavelength_nm), -1))
-
-
-def along(places: tuple[float, ...], values: F64) -> Callable[..., F64]:
-    """Return a cubic spline through values (n, …) at increasing places; through three a parabola, at one a constant."""
-    if len(places) == 1:
-        return lambda place: np.broadcast_to(values[0], (*np.shape(place), *values.shape[1:]))
-
-    cardinal, flat = _cardinal(places), values.reshape(len(places), -1)
-
-    def followed(place: F64, derivative: int = 0) -> F64:
-        weights = np.reshape(cardinal(place, derivative), (-1, len(places)))
-        found: F64 = np.einsum("np,pv->nv", weights, flat).reshape((*np.shape(place), *values.shape[1:]))
-        return found
-
-    return followed
-
-
-@functools.lru_cache(maxsize=64)
-def _cardinal(places: tuple[float, ...]) -> Callable[..., F64]:
-    """Return cardinal splines (…, n) that are 1 at one of n places and 0 at the others.
-
-    Many places of a frame need splines through different values at the same wavelengths and heights. Cached cardinal
-    splines avoid solving for each, which would also wake BLAS threads that spin on cores in use.
-    """
-    spline: Callable[..., F64] = scipy.interpolate.CubicSpline(places, np.eye(len(places)))
-    return spline
+    return spline(lens.wavelength_nm, np.array(lens.path_nm).reshape(len(lens.wavelength_nm), -1))
 
 
 def defocus_nm(focus_um: float, f_number: float) -> float:

@@ -79,18 +79,6 @@ class Pupil:
             raise refusal(self, "obstruction", message)
 
     @property
-    def corners(self) -> F64:
-        """The corners (n, 2) of a polygon, in positive order; none of a circle."""
-        if self.shape == "circular":
-            return np.empty((0, 2))
-        turn = math.radians(self.rotate_deg)
-        count, radius, first = (
-            (4, math.sqrt(2.0), 0.25 * math.pi) if self.shape == "square" else (self.blades, 1.0, 0.0)
-        )
-        angle = first + turn + 2.0 * math.pi * np.arange(count) / count
-        return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-
-    @property
     def inner_radius(self) -> float:
         """Radius of the largest circle inside the outline."""
         return math.cos(math.pi / self.blades) if self.shape == "bladed" else 1.0

@@ -15,7 +15,7 @@ from annotated_types import Ge, Le
 from camsim.core.arrays import F64
 from camsim.core.typed import NonNegative, Number, Positive, Several, refusal, validate
 from camsim.core.words import brief
-from camsim.optics.hankel import hankel
+from camsim.numerics.hankel import hankel
 from camsim.optics.pattern import UNIT_NM, Pattern
 from camsim.spectra.curve import NumberOrCurve, Transmission
 

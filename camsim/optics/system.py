@@ -149,13 +149,11 @@ class OpticalSystem:
 
     def highest_per_um(self, wavelength_nm: F64) -> float:
         """The frequency beyond which nothing passes the lens at any of these wavelengths, cycles/µm."""
-        cutoff = self.lens.cutoff_per_um if isinstance(self.lens, KnowsCutoff) else self.cutoff_per_um
-        return float(max(cutoff(w) for w in wavelength_nm.tolist()))
+        return max(self.cutoff_per_um(nm) for nm in wavelength_nm.tolist())
 
     def blurs_um(self, wavelength_nm: F64) -> F64:
         """Scale of the lens's PSF (n,) at wavelengths (n,), µm."""
-        blur_um = self.lens.blur_um if isinstance(self.lens, KnowsBlur) else self.blur_um
-        return np.array([blur_um(w) for w in wavelength_nm.tolist()], float)
+        return np.array([self.blur_um(nm) for nm in wavelength_nm.tolist()])
 
     def without_tilt(self) -> tuple[OpticalSystem, tuple[float, float]]:
         """Return the system without the lens's tilt, and the displacement (x, y) of the PSF by that tilt, µm.

@@ -13,10 +13,10 @@ from camsim.core.annotations import Before, Called
 from camsim.core.arrays import F64
 from camsim.core.typed import Number, Positive, Whole, refusal, validate
 from camsim.core.words import brief
+from camsim.numerics.zernike import LARGEST_INDEX, orders, zernike_sum
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.pupil import Pupil
-from camsim.optics.zernike import LARGEST_INDEX, orders, zernike_sum
 from camsim.spectra.curve import NumberOrCurve, Transmission, Wavelength
 
 MOST_WAVES = 50.0

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.optics.hankel import hankel
+from camsim.numerics.hankel import hankel
 
 KNEES = ((0.0, 0.6, 1.8, 2.7, 4.7, 5.0), (1.0, 0.945, 0.546, 0.496, 0.132, 0.0))
 STEEP_AT_ZERO = ((0.0, 0.001, 0.1, 0.2), (1.0, 0.97, 0.4, 0.0))

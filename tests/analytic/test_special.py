@@ -6,9 +6,9 @@ import pytest
 import scipy.fft
 from scipy.sparse import coo_array, csgraph
 
+from camsim.numerics.bessel import FAR, bessel_j0_j1
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.numerics.quintics import quintic_cells
-from camsim.optics.bessel import FAR, bessel_j0_j1
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.prune import joined_outlines

@@ -22,11 +22,11 @@ from camsim.core.kernels import kernel, shared
 from camsim.core.kernels.turning import turned
 from camsim.errors import UnsupportedError
 from camsim.numerics.quadrature import chebyshev, gauss_rules
+from camsim.numerics.zernike import layout, orders, zernike
 from camsim.optics.placed import PlacedLens
 from camsim.optics.protocols import Placed
 from camsim.optics.pupil import Pupil
 from camsim.optics.transfer_table import radial_matrix, radial_places
-from camsim.optics.zernike import layout, orders, zernike
 
 NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # per axis of an overlap
 RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256, 320, 400

@@ -35,7 +35,7 @@ def hankel(curve: scipy.interpolate.PPoly, r: F64, order: int) -> F64:
     >>> float(hankel(cone, np.array(0.0), 0).round(12) == round(np.pi / 3.0, 12))
     1.0
     """
-    flat = r.ravel()
+    flat, bessel = r.ravel(), scipy.special.j1 if order else scipy.special.j0
     by_radius, last, out = np.argsort(flat), float(curve.x[-1]), np.empty(flat.shape)
     radii, start = flat[by_radius], 0
     while start < flat.size:
@@ -48,7 +48,7 @@ def hankel(curve: scipy.interpolate.PPoly, r: F64, order: int) -> F64:
         step = max(1, CHUNK // (f.size + points.size))
         for first in range(start, stop, step):
             one = radii[first : min(first + step, stop)]
-            values = _bessel(order, 2.0 * np.pi * f[:, None] * one).T @ share
+            values = bessel(2.0 * np.pi * f[:, None] * one).T @ share
             if points.size:
                 smooth = interpolation(chebyshev(PLACES), 2.0 * one / least - 3.0)
                 turned = np.exp(2j * np.pi * np.multiply.outer(one, points))
@@ -97,8 +97,3 @@ def _about(cubics: F64, by: F64) -> F64:
     return np.array(
         [c0 + by * (c1 + by * (c2 + by * c3)), c1 + by * (2.0 * c2 + 3.0 * by * c3), c2 + 3.0 * by * c3, c3]
     )
-
-
-def _bessel(order: int, x: F64) -> F64:
-    values: F64 = scipy.special.j1(x) if order else scipy.special.j0(x)
-    return values
