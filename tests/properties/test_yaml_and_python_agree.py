@@ -1,4 +1,4 @@
-"""One judge for both roads: what a YAML file refuses a constructor refuses, and what both take is the same.
+"""One judge for both roads: what a YAML file refuses a constructor refuses, and what both take is the same capture.
 
 Random values, right and wrong ones, for every part of a capture: once as YAML (the schema, then the stages), once as
 the arguments of the classes.
@@ -20,7 +20,9 @@ import pytest
 import camsim
 from camsim.api import load
 from camsim.config import schema
+from camsim.config.from_record import capture_from_record
 from camsim.errors import CamsimError
+from camsim.sensor.cfa import PATTERNS
 
 DRAWS, ENOUGH = 20, 4
 STRANGE = (0, -1, 1.5, 90, 1e-300, 1e15, 1e16, 1e300, math.nan, math.inf, -math.inf, True, False, "8", None, [], [1.0])
@@ -81,6 +83,11 @@ def lens(make: Callable[..., Any]) -> Changes:
 
 
 def curves_in(value: Any) -> Any:
+    """Return a value with its curves, and the discs of a group, made by the classes."""
+    if isinstance(value, list):
+        return [*map(curves_in, value)]
+    if value == DISC:
+        return camsim.Disc(radius_um=3, centre_um=(-8, 1), reflectance=0.1)
     return camsim.Curve(**value) if isinstance(value, dict) and "values" in value else value
 
 
@@ -93,10 +100,15 @@ def by_letter(value: Any) -> Any:
 
 
 def shape(make: Callable[..., Any]) -> Changes:
-    names = {key: f"{key}_um" for key in ("width", "height", "centre", "radius", "points")}
+    names = {key: f"{key}_um" for key in LENGTHS}
     return lambda base, v: {"scene": camsim.Scene(background=0.9, shapes=[make(**renamed(v, **names))])}
 
 
+LENGTHS = (
+    "width", "height", "centre", "radius", "radius_x", "radius_y", "inner_radius", "through", "points", "holes",
+    "segments", "size", "at", "move", "step", "period", "finest_period", "dashes", "dash_offset",
+)  # fmt: skip
+DISC = {"kind": "disc", "radius": 3, "centre": [-8, 1], "reflectance": 0.1}
 NUMBERS = (0.02, 0.5, 1, 3.0, 25)
 FRACTIONS = (0, 0.02, 0.5, 1.0, 1)
 ANGLES = (0.0, 30, -45.5)
@@ -171,11 +183,64 @@ LENSES: Table = {
 }
 FALLS = {"radius_mm": ([0, 1, 2.0], [0, 5], [1, 2]), "values": ([1, 0.5, 0.2], [1.0, 0.5], [0.9, 0.5], [1, 2])}
 FALLOFFS: Table = {"cos4": (camsim.Cos4Falloff, {"exit_pupil_mm": NUMBERS}), "radial": (camsim.RadialFalloff, FALLS)}
-BOX = {"width": NUMBERS, "height": NUMBERS, "centre": ([0, 0], [1.5, -2], [1], [1, "2"]), "rotate_deg": ANGLES}
+CENTRES = ([0, 0], [1.5, -2], [1], [1, "2"])
+BOX = {"width": NUMBERS, "height": NUMBERS, "centre": CENTRES, "rotate_deg": ANGLES}
+ROUND = {"radius": (3.0, 25), "centre": CENTRES}
+LINES = [["move", 0, 0], ["line", 4, 0], ["line", 0, 4.5]]
+BEND = [["move", -12, -8], ["cubic", 0, -20, 8, 14, 12, 2], ["arc", 9, 6, 20, 0, 1, -12, 8], ["close"]]
+SEGMENTS = (LINES, BEND, [["line", 1, 1]], [["move", 0, 0], ["line", 1]], [["move", 0, 0], ["bend", 1, 1]])
 SHAPES: Table = {
     "rectangle": (camsim.Rectangle, BOX),
     "disc": (camsim.Disc, {"radius": NUMBERS, "centre": ([0, 0], [1e15, 0], [1e16, 0])}),
-    "polygon": (camsim.Polygon, {"points": POINTS}),
+    "polygon": (camsim.Polygon, {"points": POINTS, "holes": ([], [[[0.1, 0.1], [1, 0.2], [0.2, 1]]], [[[0, 0]]])}),
+    "regular-polygon": (camsim.RegularPolygon, ROUND | {"sides": (3, 5, 2), "rotate_deg": ANGLES}),
+    "star": (camsim.Star, ROUND | {"tips": (3, 5, 2), "inner_radius": NUMBERS, "rotate_deg": ANGLES}),
+    "ellipse": (camsim.Ellipse, {"radius_x": NUMBERS, "radius_y": NUMBERS, "centre": CENTRES, "rotate_deg": ANGLES}),
+    "ring": (camsim.Ring, ROUND | {"inner_radius": NUMBERS}),
+    "sector": (camsim.Sector, ROUND | {"inner_radius": NUMBERS, "from_deg": ANGLES, "turn_deg": (30, 360, 361)}),
+    "half-plane": (camsim.HalfPlane, {"through": CENTRES, "towards_deg": ANGLES}),
+    "path": (camsim.Path, {"segments": SEGMENTS, "fill_rule": ("nonzero", "evenodd", "odd")}),
+    "line": (
+        camsim.Line,
+        {
+            "segments": SEGMENTS, "width": NUMBERS, "cap": ("butt", "round", "flat"), "join": ("miter", "bevel", "cut"),
+            "dashes": ([], [1, 0.5], [-1]), "dash_offset": ANGLES,
+        },
+    ),
+    "text": (
+        camsim.Text,
+        {
+            "text": ("µ9", "a\nb", "", "\u4e2d"), "size": NUMBERS, "at": CENTRES, "weight": ("Bold", "Light", "Black"),
+            "align": ("left", "centre", "middle"), "line": (1, 2.5, 101), "rotate_deg": ANGLES,
+        },
+    ),
+}  # fmt: skip
+SEVERAL: Table = {
+    "group": (
+        camsim.Group,
+        {
+            "shapes": ([DISC], [DISC, DISC]), "mirror": ("left-right", "up-down", "left"), "scale": ([1.5, 1], [0, 1]),
+            "turn_deg": ANGLES, "move": CENTRES, "clip": (DISC,),
+        },
+        "shapes",
+    ),
+    "repeat-on-grid": (
+        camsim.RepeatOnGrid,
+        {"shapes": ([DISC],), "cols": (1, 3), "rows": (2, 1.5), "step": CENTRES},
+        "shapes",
+    ),
+    "repeat-on-ring": (
+        camsim.RepeatOnRing,
+        {"shapes": ([DISC],), "count": (5, 1, 0), "centre": CENTRES, "upright": (True, False, "yes")},
+        "shapes",
+    ),
+}  # fmt: skip
+GRADIENTS: Table = {
+    "linear-gradient": (camsim.LinearGradient, BOX),
+    "radial-gradient": (camsim.RadialGradient, ROUND),
+    "sine-grating": (camsim.SineGrating, BOX | {"period": (0.5, 9), "phase_deg": ANGLES}),
+    "sine-star": (camsim.SineStar, ROUND | {"inner_radius": NUMBERS, "cycles": (1, 7, 0)}),
+    "sine-zone-plate": (camsim.SineZonePlate, ROUND | {"finest_period": (0.5, 2)}),
 }
 ROUNDED = {"width_um": (2, 4.0), "height_um": (2.5, 4), "radius_um": (0, 0.5, 1, 1.5)}
 PHOTOSITES: Table = {
@@ -319,6 +384,8 @@ PARTS = {
     **kinds("lens", lens, LENSES, LENS),
     **kinds("lens.falloff", stage("falloff"), FALLOFFS, {}),
     **kinds("scene.shapes", shape, SHAPES, {"reflectance": SPECTRA}),
+    **kinds("scene.shapes", shape, SEVERAL, {}),
+    **kinds("scene.shapes", shape, GRADIENTS, {"low": SPECTRA, "high": SPECTRA}),
     **{f"{kind} photosite": one for kind, one in kinds("sensor.photosite", stage("photosite"), PHOTOSITES, {}).items()},
     **kinds("sensor.olpf", stage("olpf"), OLPFS, {"rotate_deg": ANGLES}),
     "four-spot in pitches": Part(
@@ -335,12 +402,12 @@ PARTS = {
     },
     "light": Part(place="light", changes=light, good=LIGHTS, given=0.5),
     "magnification": valued("lens.magnification", "magnification", (0, 0.5, 1, 100, 101)),
-    "glare": valued("lens.veiling_glare", "veiling_glare", (0, 0.02, 1, 1.5)),
+    "glare": valued("lens.veiling_glare", "veiling_glare", (0, 0.02, 1, 1.5, *FILTERS), curves_in),
     "filters": valued(
         "sensor.filters",
         "filters",
         ([], *([one] for one in FILTERS)),
-        lambda every: [*map(curves_in, every)] if isinstance(every, list) else every,
+        curves_in,
     ),
     "crosstalk": valued("sensor.charge.crosstalk", "crosstalk", KERNELS, camsim.Crosstalk),
 }
@@ -413,10 +480,89 @@ def test_a_file_and_a_constructor_refuse_and_take_the_same(name: str, base: Any)
         by_class = made(lambda v=values: dataclasses.replace(base, **part.changes(base, v)))
         assert (by_yaml is None) == (by_class is None), f"{text}: YAML {by_yaml is not None}, {by_class is not None}"
         assert by_yaml == by_class, text
+        assert by_yaml is None or again(by_yaml) == by_yaml, text
         taken, refused = taken + (by_yaml is not None), refused + (by_yaml is None)
         if taken + refused >= DRAWS and min(taken, refused) >= ENOUGH:
             break
     assert min(taken, refused) >= ENOUGH
+
+
+def again(capture: Any) -> Any:
+    """Return the capture that its description says, which names no scene and judges nothing."""
+    described = json.loads(json.dumps(capture.description(capture.frame_number)))
+    return dataclasses.replace(capture_from_record(described), scene_name=capture.scene_name, strict=capture.strict)
+
+
+QE = {"curves": "Nikon 5100 (NPL)", "per": "energy", "peak": 0.4, "source": "a sheet"}
+READ_OUT = {"bit_depth": 12, "black_level_dn": 100, "base_iso": 100, "electrons_per_dn": 5.0}
+WHOLE = {
+    "sensor.quantum_efficiency": (
+        QE,
+        {"quantum_efficiency": camsim.QuantumEfficiency.named(QE["curves"], peak=0.4, source="a sheet")},
+    ),
+    "lens": ({"kind": "gaussian", "mtf50_per_um": 0.1, "f_number": 8}, {"lens": camsim.Gaussian.from_mtf50(0.1)}),
+    "lens.filters": ([0.5, WIDE], {"filters": [0.5, camsim.Curve(**WIDE)]}),
+    "sensor.olpf": (
+        {"kind": "two-spot", "split_pitches": 0.7},
+        {"olpf": camsim.TwoSpotOlpf.from_pitches(pitch_um=4.0, split_pitches=0.7)},
+    ),
+    "sensor.charge.shot_noise": (False, {"shot_noise": None}),
+    "sensor.charge.blooming": (0.5, {"blooming": camsim.Blooming(0.5)}),
+    "sensor.charge.defects": (
+        {"hot": [{"row": 27, "col": 38, "e_per_s": 1e5}], "dead": [[26, 37]]},
+        {"defects": camsim.Defects(hot=[(27, 38, 1e5)], dead=[(26, 37)])},
+    ),
+    "sensor.readout.telegraph_noise": (
+        {"fraction": 0.2, "amplitude_e": 90},
+        {"telegraph_noise": camsim.TelegraphNoise(fraction=0.2, amplitude_e=90)},
+    ),
+}
+READ_OUTS = (
+    ({"read_noise_student_dof": 4}, {"student_dof": 4}, {}),
+    ({"read_noise_tukey_lambda": 0, "read_noise_spread": 0.3}, {"tukey_lambda": 0, "spread": 0.3}, {}),
+    ({"gain_at_iso": [{"iso": 150, "electrons_per_dn": 3}]}, {}, {"gain_at_iso": [(150, 3)]}),
+    ({"code_step_dn": 16, "bit_depth": 16}, {}, {"code_step_dn": 16, "bit_depth": 16}),
+    ({"companding": {"linear_dn": [0, 4095], "codes": [0, 900]}}, {}, {"companding": [(0, 0), (4095, 900)]}),
+)
+
+
+@pytest.mark.parametrize("place", WHOLE)
+def test_what_else_a_file_says(place: str, base: Any) -> None:
+    value, fields = WHOLE[place]
+    by_yaml = load("good.yaml", overrides=[f"{place}={flow(value)}"])
+    assert by_yaml == dataclasses.replace(base, camera=base.camera.replace(**fields)) == again(by_yaml)
+
+
+@pytest.mark.parametrize(("table", "noise", "adc"), READ_OUTS)
+def test_what_a_read_out_says(table: Any, noise: Any, adc: Any, base: Any) -> None:
+    by_yaml = load("good.yaml", overrides=[f"sensor.readout={flow(READ_OUT | {'read_noise_e': 20} | table)}"])
+    stages = {"read_noise": camsim.ReadNoise(20, **noise), "adc": camsim.Adc(**READ_OUT | adc)}
+    assert by_yaml == dataclasses.replace(base, camera=base.camera.replace(**stages)) == again(by_yaml)
+
+
+@pytest.mark.parametrize("kind", PATTERNS)
+def test_every_named_array_of_filters(kind: str, base: Any) -> None:
+    cfa = camsim.Cfa.named(kind)
+    tables = {letter: {**WIDE, "outside": "zero"} for letter in cfa.channels}
+    texts = [f"sensor.cfa={{kind: {kind}}}", f"sensor.quantum_efficiency={flow(QE | {'curves': tables})}"]
+    by_yaml = load("good.yaml", overrides=texts)
+    assert by_yaml.camera.cfa == cfa
+    assert again(by_yaml) == by_yaml
+
+
+@pytest.mark.parametrize(("unit", "um"), [("um", 1.0), ("mm", 1e3), ("pixel", 4.0)])
+def test_lengths_are_in_the_unit_of_the_scene(unit: str, um: float, base: Any) -> None:
+    shapes = [DISC, {"kind": "rectangle", "width": 2.5, "height": 1, "reflectance": 0.5}]
+    disc = camsim.Disc(radius_um=3 * um, centre_um=(-8 * um, um), reflectance=0.1)
+    box = camsim.Rectangle(width_um=2.5 * um, height_um=um, reflectance=0.5)
+    found = load("good.yaml", overrides=[f"scene.unit={unit}", f"scene.shapes={flow(shapes)}"]).scene
+    assert found == camsim.Scene(background=0.9, shapes=[disc, box])
+
+
+def test_a_lens_of_a_file_is_that_of_python(base: Any) -> None:
+    found = load("good.yaml", overrides=["lens={kind: field, file: perfect, focus_um: 90}"])
+    assert found.camera.lens == dataclasses.replace(camsim.read_lens("perfect"), focus_um=90.0)
+    assert again(found) == found
 
 
 def made(make: Callable[[], Any]) -> Any:
