@@ -60,17 +60,3 @@ def edited(folder: Path) -> Callable[..., None]:
         (folder / name).write_text(text.replace(old, new), encoding="utf-8")
 
     return edit
-
-
-def wrong_files(*sections: str) -> list[list[str]]:
-    """The cases of tests/data/wrong-files.txt in sections: what is wrong, and each sentence that it gets."""
-    table = Path(__file__).parents[1] / "data" / "wrong-files.txt"
-    cases: dict[str, list[list[str]]] = {}
-    for line in table.read_text(encoding="utf-8").splitlines():
-        if line.startswith("# "):
-            cases[line[2:]] = here = []
-        elif line.startswith("  | "):
-            here[-1].append(line[4:])
-        else:
-            here.append(line.split(" | "))
-    return [case for section in sections for case in cases[section]]

@@ -8,8 +8,7 @@ import pytest
 
 from camsim.api import load
 from camsim.errors import ConfigError
-
-from .conftest import wrong_files
+from tests.tables import rows
 
 DRAWING = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><rect width="5" height="4" fill="navy"/></svg>'
 CSV = "# of several\nnm;a;b\n900;90;0,2\n550,5;90;0,35\n300;90;0,1\n"
@@ -30,7 +29,7 @@ def beside(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
     (folder / "link.csv").symlink_to(outside)
 
 
-@pytest.mark.parametrize("case", wrong_files("edits of a good scene", "edits of a good sensor"))
+@pytest.mark.parametrize("case", rows("wrong-files.txt", "edits of a good scene", "edits of a good sensor"))
 def test_a_fault_in_a_file(edited: Callable[..., None], case: list[str]) -> None:
     (old, new), expected = (each.replace("\\n", "\n") for each in case[:2]), case[2:]
     sensor = expected[0].startswith("my.yaml")
@@ -48,7 +47,7 @@ def test_a_fault_in_a_file(edited: Callable[..., None], case: list[str]) -> None
             assert there.lstrip("'").startswith(value[1].removesuffix(".0")), fault
 
 
-@pytest.mark.parametrize("case", wrong_files("--set, several with &"))
+@pytest.mark.parametrize("case", rows("wrong-files.txt", "--set, several with &"))
 def test_a_fault_names_the_override(case: list[str]) -> None:
     with pytest.raises(ConfigError) as caught:
         load("good.yaml", overrides=case[0].split(" & "))

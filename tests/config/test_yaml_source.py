@@ -12,8 +12,7 @@ import yaml
 from camsim.config import yaml_source
 from camsim.config.scalars import resolve
 from camsim.errors import ConfigError
-
-from .conftest import wrong_files
+from tests.tables import rows
 
 PARSERS = [loader for loader in ("CSafeLoader", "SafeLoader") if hasattr(yaml, loader)]
 
@@ -127,7 +126,7 @@ NO_TEXT = [
 ]
 
 
-@pytest.mark.parametrize("case", [*wrong_files("YAML"), *NO_TEXT], ids=lambda case: case[1][:40])
+@pytest.mark.parametrize("case", [*rows("wrong-files.txt", "YAML"), *NO_TEXT], ids=lambda case: case[1][:40])
 def test_what_is_refused(case: list[Any]) -> None:
     text, *expected = case
     assert faults(text.encode().decode("unicode_escape") if isinstance(text, str) else text) == expected
