@@ -11,7 +11,6 @@ import pytest
 from electronics import EVERY as EXAMPLES
 
 import camsim
-from camsim.config.from_record import stages_from_record
 from camsim.errors import InvalidValueError
 from camsim.files.preview import develop
 from camsim.sensor.colour_matrix import as_shot_neutral
@@ -203,20 +202,6 @@ EVERY: dict[str, Any] = EXAMPLES | {
 }
 
 
-def test_every_stage_is_described_and_comes_back() -> None:
-    camera = camera_of("RGB", **EVERY)
-    left_out = {f.name for f in dataclasses.fields(camera) if getattr(camera, f.name) is None}
-    assert left_out == {"olpf", "dark_frames", "offset_map"}  # which are of files, or stand in many others' place
-    how: dict[str, Any] = {"light": LIGHT, "exposure": EXPOSURE, "tolerance": 1e-3, "seed": 3, "frame_number": 4}
-    frame = camera.expose(SCENE, **how)
-    parts = stages_from_record(frame.description)
-    assert parts["camera"] == camera.with_ends(LIGHT)
-    again = parts.pop("camera").expose(parts.pop("scene"), **parts)
-    np.testing.assert_array_equal(again.mosaic, frame.mosaic)
-    table = camera.replace(nonlinearity=camsim.ResponseTable((0.0, 9e3), (0.0, 8e3)))
-    assert stages_from_record(exposed(table).description)["camera"] == table.with_ends(LIGHT)
-
-
 @pytest.mark.parametrize(
     ("light", "exposure"),
     [
@@ -239,18 +224,3 @@ def test_extremes_are_right_or_clipped(light: Any, exposure: Any, bit_depth: int
     # Only the noise of the read-out lies beyond the well.
     assert frame.electrons.max() < full_well_e + 150.0
     assert frame.mosaic.max() <= (1 << bit_depth) - 1
-
-
-def test_with_everything_off_the_mosaic_is_the_rounded_mean(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The paper's sensor has no noise at all, and makes no generator for it."""
-
-    def forbidden(*_: object, **__: object) -> None:
-        raise AssertionError("a generator was made")
-
-    for name in ("Generator", "Philox", "SeedSequence", "default_rng"):
-        monkeypatch.setattr(np.random, name, forbidden)
-    frame = camsim.capture(
-        "paper-square", overrides=["noise.enabled=true", "region={rows: 60, cols: 60, origin: [80, 80]}"]
-    )
-    np.testing.assert_array_equal(frame.mosaic, np.rint(frame.mean_electrons))
-    assert 0.79 < frame.mosaic.max() / 65535 < 0.82

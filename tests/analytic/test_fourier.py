@@ -10,9 +10,7 @@ from tolerances import ROUNDING
 import camsim
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
-from camsim.rendering import render_channels
 from camsim.rendering.render import plan_render
-from tests.many_polygons import bayer, random_scene, three_channels
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
 OUTLINE = np.array([(-9.3, -12.1), (14.2, -7.7), (3.3, 15.9), (-2.0, 2.5)])
@@ -71,43 +69,6 @@ def test_tolerances_that_cannot_be_kept_are_refused(tolerance):
         polygon_image([AIRY], tolerance)
 
 
-@pytest.mark.parametrize(("seed", "mosaic", "olpf"), [(0, False, True), (1, True, False), (2, True, True)])
-def test_two_engines_make_one_image(seed, mosaic, olpf):
-    rng = np.random.default_rng(1000 * seed + 10 * mosaic + olpf)
-    pitch_um = float(rng.uniform(2.0, 6.0))
-    grid = camsim.Grid(rows=30, cols=36, pitch_um=pitch_um)
-    stages = [
-        camsim.Airy(f_number=float(10 ** rng.uniform(0.3, 0.8))),
-        camsim.SquarePhotosite.from_fill_factor(pitch_um=pitch_um, fill_factor=float(rng.uniform(0.3, 1.0))),
-    ]
-    if olpf:
-        stages.append(camsim.FourSpotOlpf(split_um=0.7 * pitch_um))
-    scene = random_scene(rng, size_um=36 * pitch_um, spectral=mosaic)
-    wavelength_nm = np.linspace(400.0, 700.0, 6) if mosaic else np.array([550.0])
-    images = [
-        render_channels(
-            scene,
-            OpticalSystem.of(stages),
-            grid,
-            response=three_channels(wavelength_nm) if mosaic else np.ones((1, 1)),
-            wavelength_nm=wavelength_nm,
-            channel=bayer(30, 36) if mosaic else np.zeros((30, 36), np.uint8),
-            tolerance=3e-7 if mosaic else 1e-7,
-            method=method,
-        )
-        for method in ("boundary", "fourier")
-    ]
-    assert np.abs(images[0].image - images[1].image).max() <= 2e-7
-    assert sum(image.error_estimate for image in images) <= 2e-7
-
-
-class OnlyOtf:
-    """A lens of the user's own: five lines."""
-
-    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
-        return camsim.Airy(f_number=2.4).otf(fx_per_um, fy_per_um, wavelength_nm)
-
-
 class Box:
     """A blur of the user's own besides the lens: what a photosite of 1 µm does."""
 
@@ -115,29 +76,6 @@ class Box:
 
     def otf(self, fx_per_um, fy_per_um, wavelength_nm):
         return np.sinc(fx_per_um) * np.sinc(fy_per_um)
-
-
-def test_a_lens_of_ones_own_needs_an_otf_only():
-    expected = polygon_image([AIRY, SQUARE], 1e-6, shape=(8, 9))
-    assert np.abs(polygon_image([OnlyOtf(), SQUARE], 1e-6, shape=(8, 9)) - expected).max() <= 2e-6
-
-
-class OwnPhotosite(Box):
-    """One that says what it is, and still knows its transfer only."""
-
-    place = "photosite"
-
-
-def test_a_blur_of_ones_own_goes_besides_the_lens():
-    expected = polygon_image([AIRY, SQUARE], 1e-6, shape=(8, 9))
-    for one in (Box(), OwnPhotosite()):
-        assert np.abs(polygon_image([AIRY, one], 1e-6, shape=(8, 9)) - expected).max() <= 2e-6
-    scene = camsim.Scene(background=1.0, shapes=[camsim.Polygon(points_um=tuple(map(tuple, OUTLINE)), reflectance=0.0)])
-    rendering = camsim.render(
-        scene, [AIRY, Box()], camsim.Grid(rows=8, cols=9, pitch_um=1.0), wavelength_nm=500.0, tolerance=1e-6
-    )
-    assert rendering.method == "fourier"
-    assert np.abs(rendering.image - expected).max() <= 1e-6
 
 
 def test_a_transfer_without_an_end_is_refused():

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 import scipy.stats
 from electronics import recorded
-from tolerances import PROBABILITY, STATISTICAL
+from tolerances import PROBABILITY
 
-from camsim import Dsnu, FullWell, Prnu, ReadNoise
-from camsim.sensor.adc import Adc
+from camsim import Dsnu, Prnu, ReadNoise
 
 F64 = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -65,34 +64,6 @@ def test_read_noise_and_fixed_patterns_are_normal() -> None:
     assert normal_p(flat(0.0, dsnu=Dsnu(0.7)), 0.7) > PROBABILITY
     gain = flat(1e6, shot_noise=None, prnu=Prnu(0.01)) / 1e6
     assert normal_p(gain - 1.0, 0.01) > PROBABILITY
-
-
-@pytest.mark.parametrize("mean_e", [50.0, 8_000.0])
-def test_photon_transfer_gives_back_gain_and_read_noise(mean_e: float) -> None:
-    """From codes alone: the temporal variance of flats less that of darks, over the signal."""
-    adc = Adc(bit_depth=14, black_level_dn=600, electrons_per_dn=2.5, base_iso=100.0)
-    stages = {"prnu": Prnu(0.02), "dsnu": Dsnu(2.0), "read_noise": ReadNoise(9.0), "full_well": FullWell(5e4)}
-
-    def codes(level_e: float, seed: int) -> F64:
-        out = flat(level_e, seed=seed, **stages)
-        return adc.quantise(out, iso=100.0).astype(np.float64)
-
-    flats = codes(mean_e, 1), codes(mean_e, 2)
-    darks = codes(0.0, 3), codes(0.0, 4)
-    signal_dn = np.mean(flats) - np.mean(darks)
-    variance, dark_variance = (np.var(a - b) / 2 for a, b in (flats, darks))
-    n = ROWS * COLS
-    gain = (variance - dark_variance) / signal_dn
-    error = np.sqrt(2 / n) * np.hypot(variance, dark_variance) / signal_dn
-    assert abs(gain - 1 / 2.5) < STATISTICAL * error
-    # The rounding of the converter adds a twelfth of a squared code.
-    read_dn = np.sqrt(dark_variance - 1 / 12)
-    assert abs(read_dn - 9.0 / 2.5) < STATISTICAL * read_dn / np.sqrt(2 * n)
-    # Pattern: what stays in the mean of both frames, less what noise leaves there.
-    pattern_dn2 = np.cov(flats[0].ravel(), flats[1].ravel())[0, 1]
-    expected_dn2 = ((0.02 * mean_e) ** 2 + 2.0**2) / 2.5**2
-    total_dn2 = expected_dn2 + variance
-    assert abs(pattern_dn2 - expected_dn2) < STATISTICAL * np.sqrt(2 / n) * total_dn2
 
 
 def test_a_wild_pattern_never_makes_light_negative() -> None:

@@ -39,12 +39,19 @@ def test_what_is_told_is_what_runs(made: type, stated: str) -> None:
     assert list(parameters(stated)) == [(p.name, p.kind is p.KEYWORD_ONLY, p.default is not p.empty) for p in runs]
 
 
-def test_type_checkers_see_numpys_numbers_in_each() -> None:
-    """tests/typing/right.py makes one of every class that takes a number, of NumPy's numbers."""
-    made = (Path(__file__).parents[1] / "typing" / "right.py").read_text(encoding="utf-8").partition("# NumPy's")[2]
-    taking = [each.__name__ for each, stated, _ in CLASSES if re.search(r"Number|Whole|Truth|Place|Segments", stated)]
-    # ``expose`` makes a capture; a camera is a body.
-    assert [name for name in taking if f"camsim.{name}(" not in made] == ["Capture", "Body"]
+def test_type_checkers_see_numpys_numbers_in_each_type() -> None:
+    """tests/typing/right.py has an argument of every type that takes numbers, given NumPy's."""
+    text = (Path(__file__).parents[1] / "typing" / "right.py").read_text(encoding="utf-8").partition("# NumPy's")[2]
+    calls = [node for node in ast.walk(ast.parse(f"#{text}")) if isinstance(node, ast.Call)]
+    given = {(ast.unparse(call.func).removeprefix("camsim."), key.arg) for call in calls for key in call.keywords}
+    taking: dict[str, set[tuple[str, str | None]]] = {}
+    for made, stated, _ in CLASSES:
+        for node in ast.walk(ast.parse(stated)):
+            if isinstance(node, ast.arg) and node.annotation:
+                taking.setdefault(ast.unparse(node.annotation), set()).add((made.__name__, node.arg))
+    numbers = {kind for kind in taking if re.search(r"Number|Whole|Truth|Place|Segments", kind)}
+    assert {kind for kind in numbers if not taking[kind] & given} == set()
+    assert len(numbers) > 20
 
 
 def parameters(block: str) -> Iterator[tuple[str, bool, bool]]:

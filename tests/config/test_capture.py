@@ -1,66 +1,13 @@
 """A YAML file and its Python twin give the same picture; names and overrides reach it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import camsim
 from camsim.api import load
 from camsim.config.overrides import parse
-from camsim.files import save
-from camsim.spectra.named import sensitivities
 
 pytestmark = pytest.mark.usefixtures("folder")
-
-
-def test_a_yaml_file_and_its_python_twin_give_the_same_bytes() -> None:
-    frame = camsim.capture("good.yaml", seed=5, products=("mosaic", "truth"))
-    curves = sensitivities("Nikon 5100 (NPL)")
-    camera = camsim.Camera(
-        name="Mine",
-        serial=7,
-        rows=200,
-        cols=300,
-        pitch_um=4.0,
-        lens=camsim.Airy(f_number=8.0),
-        olpf=camsim.FourSpotOlpf(split_um=3.0),
-        photosite=camsim.SquarePhotosite.from_fill_factor(pitch_um=4.0, fill_factor=0.81),
-        cfa=camsim.Cfa.bayer("GRBG"),
-        quantum_efficiency=camsim.QuantumEfficiency(
-            curves=tuple((letter, curves[letter]) for letter in "RGB"), per="energy", peak=0.5
-        ),
-        prnu=camsim.Prnu(0.01),
-        dark_current=camsim.DarkCurrent(1.5),
-        full_well=camsim.FullWell(20000),
-        dsnu=camsim.Dsnu(0.5),
-        read_noise=camsim.ReadNoise(3.0),
-        adc=camsim.Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=5.0, base_iso=100.0),
-    )
-    scene = camsim.Scene(
-        background=0.9,
-        shapes=[
-            camsim.Rectangle(width_um=20.0, height_um=16.0, centre_um=(4.0, 8.0), rotate_deg=4.0, reflectance=0.05),
-            camsim.Polygon(points_um=[(0, 0), (16, 0), (0, 16)], reflectance=camsim.reflectance("dark skin")),
-            camsim.Disc(radius_um=12.0, reflectance=camsim.Curve((400.0, 700.0), (0.1, 0.8), outside="hold")),
-        ],
-    )
-    twin = camera.expose(
-        scene,
-        light=camsim.Light("D55", illuminance_lux=5000),
-        exposure=camsim.Exposure(time_s=0.01, iso=200),
-        seed=5,
-        region=camsim.Region(rows=20, cols=24),
-        products=("mosaic", "truth"),
-        tolerance=1e-3,
-        scene_name="good",
-    )
-    np.testing.assert_array_equal(frame.mosaic, twin.mosaic)
-    np.testing.assert_array_equal(frame.truth, twin.truth)
-    for name in ("a.dng", "b.exr", "c.tiff", "d.png", "e.npy"):
-        save(frame, name)
-        save(twin, "twin-" + name)
-        assert Path(name).read_bytes() == Path("twin-" + name).read_bytes(), name
 
 
 def test_overrides_and_flags_reach_the_picture() -> None:

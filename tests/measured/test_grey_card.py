@@ -2,74 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy import constants, integrate, interpolate
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.spectra.colour_science import colour_science
-
-LUMENS_PER_WATT = 683.002  # at 555 nm in air
-
-
-def spline(distribution):
-    """Return colour-science's own table as a function: smooth and without overshoot, 0 outside."""
-    curve = interpolate.PchipInterpolator(distribution.wavelengths, distribution.values, extrapolate=False)
-    return lambda nm: np.nan_to_num(curve(nm))
-
-
-def card_electrons(light, efficiency, *, reflectance, lux, f_number, area_um2, time_s):
-    """Mean electrons: watts from lux, a Lambertian card, the camera equation, photons from watts, efficiency."""
-    colour = colour_science()
-    power = spline(colour.SDS_ILLUMINANTS[light])
-    eye = spline(colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"])
-    nm = np.linspace(300.0, 830.0, 5301)
-    watts_per_m2_nm = power(nm) * lux / (LUMENS_PER_WATT * integrate.simpson(power(nm) * eye(nm), x=nm))
-    radiance = reflectance * watts_per_m2_nm / np.pi
-    on_sensor = radiance * np.pi / (4 * f_number**2)
-    photons_per_m2_nm = on_sensor * time_s * nm * 1e-9 / (constants.h * constants.c)
-    return integrate.simpson(photons_per_m2_nm * efficiency(nm), x=nm) * area_um2 * 1e-12
-
-
-def nikon_efficiency(channel):
-    """Electrons per photon from a relative response per energy; 0.42 at the highest point of all channels."""
-    table = colour_science().MSDS_CAMERA_SENSITIVITIES["Nikon 5100 (NPL)"]
-    per_photon = table.values / table.wavelengths[:, None]
-    curve = interpolate.PchipInterpolator(
-        table.wavelengths, 0.42 / per_photon.max() * table.values[:, channel], extrapolate=False
-    )
-    return lambda nm: np.nan_to_num(curve(nm)) / nm
-
-
-@pytest.mark.parametrize(
-    ("light", "lux", "f_number"), [("D55", 5000.0, 8.0), ("D65", 12_000.0, 2.0), ("A", 800.0, 8.0)]
-)
-def test_mean_electrons_of_every_channel(light, lux, f_number):
-    frame = camsim.capture(
-        "flat-field",
-        sensor="d40-like",
-        overrides=[
-            f"light.illuminant={light}",
-            f"light.illuminance_lux={lux}",
-            f"lens.f_number={f_number}",
-            "region.rows=6",
-            "region.cols=8",
-            "noise.enabled=false",
-        ],
-    )
-    assert frame.channels == ("R", "G", "B")
-    for k, signal in enumerate(frame.report.signal):
-        expected_e = card_electrons(
-            light,
-            nikon_efficiency(k),
-            reflectance=0.18,
-            lux=lux,
-            f_number=f_number,
-            area_um2=4.88**2,
-            time_s=0.01,
-        )
-        one = frame.mean_electrons[frame.channel_index == k]
-        np.testing.assert_allclose(one, expected_e, rtol=1e-3)
-        assert signal.mean_e == pytest.approx(expected_e, rel=1e-3)
 
 
 def test_a_fill_factor_and_a_lens_that_absorbs_take_their_share():

@@ -80,29 +80,6 @@ def test_the_products_asked_for_change_no_code(tmp_path):
     np.testing.assert_array_equal(one, alone.mean_electrons.astype(np.float32))
 
 
-def test_a_window_has_the_full_frames_fixed_patterns(tmp_path):
-    """Without temporal noise a window is that slice of the frame, PRNU and DSNU included, to the tolerance."""
-    quiet = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0)).replace(
-        rows=140, cols=100, read_noise=None, prnu=camsim.Prnu(0.05), dsnu=camsim.Dsnu(50.0)
-    )
-    scene = camsim.Scene(
-        background=0.7, shapes=[camsim.Rectangle(width_um=200, height_um=150, rotate_deg=20, reflectance=0.1)]
-    )
-    light = camsim.Light("D55", illuminance_lux=5000.0)
-    # So long that shot noise is small beside the fixed patterns.
-    exposure = camsim.Exposure(time_s=10.0, iso=200.0)
-    camera = quiet.replace(full_well=None)
-    whole = camera.expose(scene, light=light, exposure=exposure)
-    region = camsim.Region(rows=60, cols=30, origin=(51, 33))
-    window = camera.expose(scene, light=light, exposure=exposure, region=region)
-    part = np.s_[51:111, 33:63]
-    np.testing.assert_array_equal(window.channel_index, whole.channel_index[part])
-    np.testing.assert_allclose(window.mean_electrons, whole.mean_electrons[part], rtol=1e-5)
-    # Gains of 5 % agree to shot noise: 1/√(electrons), some 0.05 %.
-    gain, gain_of_whole = (f.electrons / f.mean_electrons for f in (window, whole))
-    assert np.std(gain - gain_of_whole[part]) < 0.1 * np.std(gain)
-
-
 def test_two_python_threads_at_a_time():
     """The same frames as one after the other."""
     names = ["slanted-edge", "paper-square", "slanted-edge", "paper-square"]

@@ -64,49 +64,6 @@ def test_random_rectangles(one_cell, seed):
     assert worst(found, expected) <= TOLERANCE + 1e-7 * np.abs(contrast).sum()
 
 
-def random_shapes(rng):
-    """Rectangles whose sides lie on one another, rectangles turned, and discs that they cut; none is symmetrical."""
-    for _ in range(rng.integers(4, 12)):
-        reflectance, kind = float(rng.choice(LEVELS)), rng.integers(3)
-        if kind == 0:
-            yield camsim.Disc(radius_um=rng.uniform(0.5, 4.0), centre_um=rng.uniform(-6, 6, 2), reflectance=reflectance)
-            continue
-        width, height = rng.integers(1, 9, 2).astype(float)
-        centre, angle = rng.integers(-4, 5, 2) + 0.5 * np.array([width % 2, height % 2]), 0.0
-        if kind == 1:
-            centre, angle = rng.uniform(-5, 5, 2), rng.uniform(0, 180)
-        yield camsim.Rectangle(
-            width_um=width, height_um=height, centre_um=tuple(centre), rotate_deg=angle, reflectance=reflectance
-        )
-
-
-def covered(shape, x, y):
-    """Whether places lie in a shape, by its own coordinates."""
-    x, y = x - shape.centre_um[0], y - shape.centre_um[1]
-    if isinstance(shape, camsim.Disc):
-        return np.hypot(x, y) < shape.radius_um
-    angle = np.radians(shape.rotate_deg)
-    across, down = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
-    return (np.abs(across) < 0.5 * shape.width_um) & (np.abs(down) < 0.5 * shape.height_um)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_the_pieces_that_the_check_sees_bound_what_is_painted(seed):
-    """Areas of every reflectance, against a million places that each ask which shape was laid over them last."""
-    rng = np.random.default_rng(seed)
-    shapes = list(random_shapes(rng))
-    place = np.arange(-550, 550) * 0.02 + 0.01  # none on a side that lies on the lattice, as many on either hand of it
-    x, y = np.meshgrid(place, place)
-    seen = np.full(x.shape, BACKGROUND)
-    for shape in shapes:
-        seen[covered(shape, x, y)] = shape.reflectance
-    pieces, spectra = pieces_of(camsim.Scene(background=BACKGROUND, shapes=shapes), 1.0, Fineness())
-    for k, reflectance in enumerate(spectra):
-        if reflectance != BACKGROUND:
-            painted_um2 = np.count_nonzero(seen == reflectance) * 0.02**2
-            assert area_seen(pieces, k) == pytest.approx(painted_um2, abs=0.02)
-
-
 @pytest.mark.parametrize("turned_deg", [-180.0, -90.0, 0.0, 90.0])
 @pytest.mark.parametrize("middle", [(0.0, -4.0), (-2.0, 4.75)])
 def test_sides_whose_middle_lies_on_a_half_rings_chords(turned_deg, middle):

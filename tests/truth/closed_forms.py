@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from scipy import integrate, special
+from scipy import special
 
 
 def disc_by_frequencies(radius, lambda_n, distance):
@@ -22,32 +22,6 @@ def disc_at_its_centre(radius, lambda_n):
     """Its encircled energy, 1 − J0² − J1² (Rayleigh)."""
     x = math.pi * radius / lambda_n
     return 1.0 - special.j0(x) ** 2 - special.j1(x) ** 2
-
-
-def gaussian_strip(centre, half, sigma, side):
-    """A strip of half a width under a Gaussian, along one axis: the error function, averaged over a side."""
-
-    def point(x):
-        return special.ndtr((x + half) / sigma) - special.ndtr((x - half) / sigma)
-
-    if side == 0.0:
-        return point(centre)
-    return integrate.quad(point, centre - side / 2, centre + side / 2, epsabs=1e-13, limit=200)[0] / side
-
-
-def edges_by_quadrature(point, start, end, spots, powers):
-    """E/2πr² over edges, seen from every spot about a point, with 1 − E = Σ c/rⁿ for n = 1, 3, 5: dense Gauss nodes."""
-    x, w = np.polynomial.legendre.leggauss(24)
-    t = 0.5 * (1 + x)
-    along = end - start
-    total = 0.0
-    for spot in spots:
-        source = start[:, None] + t[:, None] * along[:, None] - point - spot
-        r = np.hypot(source[..., 0], source[..., 1])
-        energy = 1 - sum(c / r**n for c, n in zip(powers, (1, 3, 5), strict=True))
-        cross = source[..., 0] * along[:, None, 1] - source[..., 1] * along[:, None, 0]
-        total += np.sum(0.5 * w * energy * cross / (2 * np.pi * r**2))
-    return total / len(spots)
 
 
 def grating_contrast(frequency, lambda_n, side, split):
