@@ -11,7 +11,6 @@ import pytest
 from electronics import EVERY as EXAMPLES
 
 import camsim
-from camsim.errors import InvalidValueError
 from camsim.files.preview import develop
 from camsim.sensor.colour_matrix import as_shot_neutral
 
@@ -182,11 +181,6 @@ def test_temperature_is_the_exposures() -> None:
     dark = camsim.Scene(background=0.0)
     warm = camsim.Exposure(time_s=10.0, iso=100.0, temperature_c=40.0)
     assert exposed(camera, dark, exposure=warm).electrons.max() == pytest.approx(4000.0, rel=1e-12)
-
-
-def test_blooming_needs_a_well() -> None:
-    with pytest.raises(InvalidValueError, match="no full_well"):
-        camera_of(blooming=camsim.Blooming())
 
 
 EVERY: dict[str, Any] = EXAMPLES | {

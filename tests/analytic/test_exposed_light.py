@@ -132,39 +132,6 @@ def test_codes_of_a_picture_taken_as_reflectances_are_said():
         assert any(note.code == "codes-as-light" for note in notes) == said
 
 
-@pytest.mark.parametrize(
-    ("given", "how", "said"),
-    [
-        (np.full((2, 2), np.nan), {"unit": "electrons"}, "samples: holds nan at [0, 0], which is no light"),
-        (np.array([[1.0, -2.0]]), {"unit": "electrons"}, "samples: holds -2 electrons at [0, 1]; light is 0 or more"),
-        (np.full((2, 2), 1e16), {"unit": "electrons"}, "no light is more than 1e+15"),
-        (np.ones((2, 2)), {}, "unit: must be said of an array: electrons, photons"),
-        (np.ones((2, 2)), {"unit": "photons"}, "wavelength_nm: must be given with photons, one for each plane"),
-        (np.ones((2, 2, 4)), {"unit": "electrons"}, "has 4 planes; give one for each of R, G, B"),
-        (np.ones((2, 2, 4)), {"unit": "reflectance"}, "without its opacity it is [..., :3]"),
-        (np.ones((2, 2, 2)), {"unit": "photons", "wavelength_nm": [500.0]}, "wavelength_nm: 1 for 2 planes"),
-        (np.ones((9000, 2)), {"unit": "electrons"}, "is 9000 × 2, and the sensor has 2000 × 3008 photosites"),
-        (np.ones((2, 3)), {"unit": "electrons", "per_photosite": 2}, "2 divides no 2 × 3 samples"),
-        (np.ones((2, 2)), {"unit": "electrons", "products": ("truth",)}, "says nothing of the other channels"),
-        (np.ones((2, 2)), {"unit": "reflectance", "light": camsim.Light("D65", illuminance_lux=9.0)}, "at='sensor'"),
-        (
-            np.ones((2, 2)),
-            {"unit": "electrons", "exposure": camsim.Exposure(time_s="auto", iso=200)},
-            "electrons say how much light there is; give seconds",
-        ),
-    ],
-)
-def test_what_is_no_light_is_refused(given, how, said):
-    with pytest.raises(InvalidValueError) as caught:
-        BAYER.expose(given, **how)
-    assert said in str(caught.value)
-
-
-def test_a_scene_needs_a_lens():
-    with pytest.raises(InvalidValueError, match="has no lens"):
-        camsim.Capture(camera=BAYER, scene=camsim.Scene(background=0.5), light=ON_SENSOR, exposure=HOW)
-
-
 class Tensor:
     """As tensors on the CPU are: no array, and gives one of the same memory."""
 

@@ -135,5 +135,3 @@ def test_too_many_samples_are_one_sentence():
     fine = camsim.SineGrating(width_um=1e5, height_um=1e5, period_um=1.0)
     with pytest.raises(InvalidValueError, match=r"SineGrating would take .* samples, and the most is 6"):
         rendered(fine, tolerance=1e-4)
-    with pytest.raises(InvalidValueError, match="is 3; it must be below radius_um, 3"):
-        camsim.SineStar(radius_um=3.0, inner_radius_um=3.0, cycles=8)

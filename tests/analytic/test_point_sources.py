@@ -160,5 +160,3 @@ def test_its_electrons_are_those_of_the_channel_that_collects_most():
     assert totals.min() < 0.8 * totals.max()
     with pytest.raises(CamsimError, match="electrons: needs a camera"):
         rendered([camsim.PointSource(electrons=5.0)], camsim.Airy(f_number=4.0), 1e-4)
-    with pytest.raises(CamsimError, match="electrons: given together with photosites"):
-        camsim.PointSource(electrons=5.0, photosites=1.0)

@@ -14,7 +14,7 @@ import scipy.interpolate
 
 from camsim.api import load_camera
 from camsim.config.library import shipped
-from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.errors import InvalidValueError
 from camsim.optics import Airy
 from camsim.sensor.adc import Adc
 from camsim.sensor.exposure import (
@@ -144,16 +144,6 @@ def test_auto_without_any_signal_is_refused() -> None:
             auto_time_s(np.array([per_second, 0.0]), level_e=8e3)
 
 
-def test_a_light_without_anything_visible_cannot_have_lux() -> None:
-    with pytest.raises(InvalidValueError, match="nothing that the eye sees"):
-        Light(Curve((900.0, 1000.0), (1.0, 1.0)), illuminance_lux=1.0).samples()
-
-
-def test_an_unknown_illuminant_is_told_the_nearest() -> None:
-    with pytest.raises(UnknownNameError, match="did you mean"):
-        Light("D555", illuminance_lux=1.0).samples()
-
-
 def test_a_blackbody_has_plancks_spectrum() -> None:
     """Ratios of photon numbers by the law in frequency, n ~ ν²/(e^(hν/kT) − 1) per Hz, times c/λ² per nm."""
     samples = Light(blackbody_k=3000.0, illuminance_lux=100.0).samples()
@@ -187,8 +177,6 @@ def test_light_on_the_sensor_passes_no_lens(f_number: float) -> None:
     assert lux_of(samples, on_sensor) == pytest.approx(2.0, rel=1e-4)
 
 
-def test_the_coolest_blackbody_and_none_below() -> None:
+def test_the_coolest_blackbody() -> None:
     samples = Light(blackbody_k=500.0, irradiance_w_per_m2=1.0).samples()
     assert samples.wavelength_nm[-1] == pytest.approx(1100.0, abs=0.6)
-    with pytest.raises(InvalidValueError, match=r"blackbody_k: must be a number from 500 .* not 499.0"):
-        Light(blackbody_k=499.0, irradiance_w_per_m2=1.0)

@@ -58,26 +58,6 @@ def test_one_sentence_for_what_cannot_be_read(tmp_path: Path, monkeypatch: pytes
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ({"path": 3}, "Curve.from_csv.path: must be a text or a PathLike, not 3"),
-        ({"path": "qe.csv", "column": 0}, "Curve.from_csv.column: must be a whole number of 1 or more"),
-        ({"path": "qe.csv", "column": [1]}, "Curve.from_csv.column: must be a whole number of 1 or more"),
-        ({"path": "qe.csv", "column": True}, "Curve.from_csv.column: must be a whole number of 1 or more"),
-        ({"path": "qe.csv", "outside": "holt"}, "Curve.outside: must be 'zero' or 'hold' or None, not 'holt'; did you"),
-    ],
-)
-def test_wrong_arguments(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: dict[str, object], said: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("qe.csv").write_text("nm,R\n400,0.1\n500,0.2\n")
-    with pytest.raises(CamsimError) as caught:
-        camsim.Curve.from_csv(**arguments)  # type: ignore[arg-type]
-    assert str(caught.value).startswith(said)
-
-
 def test_files_that_are_none(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.csv")
     for name, said in (("gone.csv", "no such file"), (".", "not a file"), ("pipe.csv", "not a file"), ("a\0", "null")):

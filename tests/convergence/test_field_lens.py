@@ -312,40 +312,6 @@ def test_a_shift_of_focus_is_defocus():
     assert np.abs(shifted - rendered(Wavefront(f_number=N, defocus_um=20.0), scene, grid).image).max() <= 1e-4
 
 
-REFUSED = {
-    "more waves": ({"waves": [[[51.0, 0, 0]] * 4]}, "waves: must be numbers from -50 to 50"),
-    "texts": ({"waves": [[["0.1"], [0.1]]]}, "waves: must be a table of numbers"),
-    "truths": ({"waves": [[[True], [0.1]]]}, "waves: must be a table of numbers"),
-    "ragged": ({"waves": [[[0.1], [0.1, 0.2]]]}, "waves: must be a table of numbers whose rows are equally long"),
-    "shape": (
-        {"waves": [[[0.0, 0, 0]] * 3]},
-        "waves: must be 1 × 4 × 3: wavelengths × heights × Zernikes, not 1 × 3 × 3",
-    ),
-    "unsorted": ({"height_um": (0.0, 6000.0, 2500.0, 1e4)}, "height_um: .*; must increase"),
-    "not from the axis": ({"height_um": (1.0, 2500.0, 6000.0, 1e4)}, "height_um: .*; give two or more, the first 0"),
-    "wavelengths": ({"wavelength_nm": []}, "wavelength_nm: is empty; give one or more"),
-    "folds": ({"distortion_powers": (-0.5,)}, "distortion_powers: folds at 8.* µm from the axis"),
-    "folded table": ({"distortion": [0.0, 0.0, -0.2, -0.6]}, "distortion: folds at"),
-    "both": ({"distortion": [0.0] * 4, "distortion_powers": [0.1]}, "distortion_powers: given together with"),
-    "unknown": ({"zernike": [4, 5, 231]}, "zernike: item 2 must be a whole number from 0 to 230, not 231"),
-    "twice": ({"zernike": [4, 5, 4]}, "zernike: an index is given twice"),
-    "a sine": ({"zernike": [4, 5, 7]}, "zernike: 7 is a sine; a lens of revolution has cosines only"),
-    "coma on the axis": ({"waves": [[[0.1, 0, 0.1]] * 4]}, "waves: Zernike 8 on the axis must be 0"),
-    "illumination": ({"relative_illumination": [0.9, 0.8, 0.7, 0.6]}, "relative_illumination: must begin with 1"),
-    "few": ({"relative_illumination": [1.0, 0.8]}, "relative_illumination: 2 for 4 of height_um; give as many"),
-    "colours": ({"lateral_colour_um": [[0.0] * 3]}, "lateral_colour_um: give 1 × 4: wavelengths × heights"),
-    "no places": ({"height_um": ()}, "height_um: missing; give heights of a lens of revolution, or x_um and y_um"),
-    "one axis": ({"x_um": [0.0]}, "y_um: missing; places have both x and y"),
-}
-
-
-@pytest.mark.parametrize("name", list(REFUSED))
-def test_what_is_no_lens_is_refused_in_a_sentence(name):
-    wrong, message = REFUSED[name]
-    with pytest.raises(camsim.errors.CamsimError, match=f"^FieldLens.{message}"):
-        revolved(**wrong)
-
-
 def test_what_a_lens_cannot_take_is_refused():
     scene = camsim.Scene(background=1.0, shapes=[camsim.Disc(radius_um=9.0, reflectance=0.0)])
     beyond = camsim.Grid(rows=2, cols=5200, pitch_um=PITCH_UM)

@@ -321,14 +321,6 @@ def test_a_scribble_is_filled_or_refused():
         arrange(camsim.Scene(background=0.9, shapes=[path(*corners.tolist())]))
 
 
-@pytest.mark.parametrize(("place", "flag"), [(4, 2), (5, 0.5)])
-def test_flags_of_an_arc_are_0_or_1(place, flag):
-    arc = ["arc", 6, 3, 0, 0, 1, 6, 0]
-    arc[place] = flag
-    with pytest.raises(InvalidValueError, match=rf"item 1\.{place} must be 0 or 1"):
-        camsim.Path(segments_um=[("move", -6, 0), tuple(arc)], reflectance=0.2)
-
-
 def test_what_is_masked_is_no_number():
     masked = np.ma.masked_greater([0.1, 0.2, 0.9], 0.5)
     with pytest.raises(InvalidValueError, match=r"finite number|must be a number"):

@@ -1,4 +1,4 @@
-"""Four hundred wrong calls: each is refused where it is made, by its argument's name, with what is allowed."""
+"""Hundreds of wrong calls: each is refused where it is made, by its argument's name, with what is allowed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from PIL import Image
 import camsim
 from camsim.errors import CamsimError
 from camsim.measure import colour, demosaic, distortion, noise, target, truth
-from camsim.study import read_study  # noqa: F401 (calls are told by their text)
+from camsim.spectra import named  # noqa: F401 (calls are told by their text)
+from camsim.study import read_study  # noqa: F401
 
 A = np.array([400.0, 700.0])
 FLAT = camsim.Curve(A, (1.0, 1.0), outside="hold")
@@ -38,6 +39,7 @@ MEASURING = {"colour": colour, "demosaic": demosaic, "distortion": distortion, "
     "noise": noise,
     "truth": truth,
 }
+BAYER = camsim.Sensor.from_yaml("d40-like")
 CAPTURE = camsim.Capture(
     camera=CAMERA, scene=SCENE, light=LIGHT, exposure=EXPOSURE, region=camsim.Region(rows=4, cols=4), tolerance=1e-2
 )
@@ -69,6 +71,17 @@ def adc(**changes: Any) -> camsim.Adc:
 
 def expose(**changes: Any) -> camsim.Frame:
     return CAMERA.expose(**{"scene": SCENE, "light": LIGHT, "exposure": EXPOSURE} | changes)
+
+
+def efficiency(**changes: Any) -> camsim.QuantumEfficiency:
+    return camsim.QuantumEfficiency(**{"curves": [("R", FLAT)], "per": "energy", "peak": 0.5} | changes)
+
+
+def revolved(**changes: Any) -> camsim.FieldLens:
+    """A lens that is told at four heights by three Zernikes."""
+    usual = {"f_number": 5.6, "wavelength_nm": [550.0], "zernike": [4, 5, 8], "height_um": (0.0, 2500.0, 6000.0, 1e4)}
+    waves = {"waves": [[[0.05, 0, 0], [0.07, 0.02, 0.03], [0.16, 0.09, 0.06], [0.35, 0.25, 0.1]]]}
+    return camsim.FieldLens(**usual | waves | changes)
 
 
 WRONG = (Path(__file__).parents[1] / "data" / "wrong-calls.txt").read_text(encoding="utf-8")

@@ -108,8 +108,9 @@ square_n = camsim.SquarePhotosite(side_um=F)
 fill_n = camsim.SquarePhotosite.from_fill_factor(pitch_um=F, fill_factor=G)
 grid_n = camsim.Grid(rows=N, cols=N, pitch_um=F, origin=(N, N), frame=(np.int16(20), np.int16(20)))
 region_n = camsim.Region(rows=N, cols=N, origin=(N, N))
-triangle_n = [(N - 4, N - 4), (F, N - 4), [N - 4, F]]
-polygon_n = camsim.Polygon(points_um=triangle_n, holes_um=[[(G, G), (G + G, G), (G, G + G)]], reflectance=G)
+polygon_n = camsim.Polygon(
+    points_um=[(N - 4, N - 4), (F, N - 4), [N - 4, F]], holes_um=[[(G, G), (G + G, G), (G, G + G)]], reflectance=G
+)
 disc_n = camsim.Disc(radius_um=F, centre_um=F_UM, reflectance=G)
 path_n = camsim.Path(segments_um=[["move", N, N], ["line", F, G], ["line", G, F], ["close"]], reflectance=G)
 group_n = camsim.Group(shapes=[disc_n], scale=(F, G), turn_deg=N, move_um=F_UM)
