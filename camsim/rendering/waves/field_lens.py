@@ -77,10 +77,9 @@ class VaryingLens:
         size: F64 = np.einsum("j,jn->n", light, np.stack(each))
         return size
 
-    def mixed(self, weights: F64, allowed: float) -> tuple[I64, F64]:
-        """Return the kinds that span all others, and their mixtures, as ``Lens.mixed`` does, but for any transfer."""
-        flat = weights.reshape(len(weights), -1)
-        return spanning(flat, allowed / flat.shape[1])
+    def mixed(self, weights: F64, allowed: float) -> F64:
+        """Return mixtures (k, kinds) as ``Lens.mixed`` does, but for any transfer."""
+        return spanning(weights, allowed)
 
     @property
     def blurs(self) -> F64:

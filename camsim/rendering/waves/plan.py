@@ -104,9 +104,10 @@ class WavesPlan:
             if not job.system.chromatic:
                 density, lens = density.sum(axis=2, keepdims=True), self._lens(nodes.wavelength_nm[:1], tolerance)
             shares, contrast = kinds(density[1:] - density[0])
-            rows, mixture = lens.mixed(contrast, OF_MIXTURE * tolerance)
+            mixture = lens.mixed(contrast, OF_MIXTURE * tolerance)
             shares = np.einsum("sk,mk->sm", shares, mixture)
-            found.append((EdgeSource(edges=job.edges, shares=shares, precision=precision), contrast[rows], lens))
+            source = EdgeSource(edges=job.edges, shares=shares, precision=precision)
+            found.append((source, np.einsum("mk,kcj->mcj", mixture, contrast), lens))
         if self.fields is not None:
             found += self._of_fields(self.fields, precision)
         if not found:
@@ -160,9 +161,9 @@ class WavesPlan:
         for layer in fields.layers:
             weights = density[first : first + layer.planes]
             first += layer.planes
-            rows, mixture = lens.mixed(weights, OF_MIXTURE * fields.tolerance)
+            mixture = lens.mixed(weights, OF_MIXTURE * fields.tolerance)
             cut = self._band(lens, weights, fields.tolerance)
-            yield self._source(layer, mixture, cut, precision), weights[rows], lens
+            yield self._source(layer, mixture, cut, precision), np.einsum("mk,kcj->mcj", mixture, weights), lens
 
     def _source(self, layer: Layer | PointLayer, mixture: F64, cut: float, precision: float) -> Source:
         return FieldSource(layer=layer, mixture=mixture, cut=cut, precision=precision)

@@ -27,7 +27,7 @@ POLAR_POINTS = 128  # smallest number along the radius: aberrations give a coars
 MOST_POLAR, MOST_STEPS, FEW_RADII = 2048, 1000, 24  # largest radial points and directions of a table; radii for tests
 OF_RADII = 6.0  # points per radius of the transfer table, for cubic interpolation at 1e-5
 ASKED = 180  # directions in which a lens without a table is sampled; one degree resolves an aspect ratio of 16
-FEW_KINDS, FREQUENCIES = 4, 48  # kinds up to which no reduction is tried; radial frequencies for it
+FEW_KINDS, FREQUENCIES = 3, 48  # kinds up to which no reduction is tried; radial frequencies for it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -122,19 +122,22 @@ class Lens:
         fx, fy = np.outer(per_um, np.cos(angle)), np.outer(per_um, np.sin(angle))
         return np.stack([np.asarray(self.system.point_otf(fx, fy, nm), complex) for nm in self.wavelength_nm.tolist()])
 
-    def mixed(self, weights: F64, allowed: float) -> tuple[I64, F64]:
-        """Return the indices (k,) of kinds that span all others, and mixtures (k, kinds) that express every kind.
+    def mixed(self, weights: F64, allowed: float) -> F64:
+        """Return the mixtures (k, kinds) of ``spanning`` for the transfers of all kinds.
 
-        weights : (kinds, channels, j);  allowed: largest error of a kind's transfer
+        weights : (kinds, channels, j);  allowed: error that an edge of a kind may have, ∫ |transfer|/πf df at most
         """
         kinds = len(weights)
         if kinds <= FEW_KINDS:
-            return np.arange(kinds), np.eye(kinds)
-        otf = self._around(
-            np.linspace(0.0, self.system.highest_per_um(self.wavelength_nm) * self.pitch_um, FREQUENCIES)
-        )
-        curves = np.einsum("kcj,jna->kcna", weights, otf).reshape(kinds, -1)
-        return spanning(np.concatenate([curves.real, curves.imag], axis=1), allowed)
+            return np.eye(kinds)
+        step = self.system.highest_per_um(self.wavelength_nm) / FREQUENCIES
+        number: F64 = np.arange(FREQUENCIES) + 0.5
+        angle = np.pi * np.arange(ASKED) / ASKED
+        passes = self.system.footprint_otf(*(step * np.outer(way, number) for way in (np.cos(angle), np.sin(angle))))
+        frequency: F64 = step * self.pitch_um * number
+        otf = self._around(frequency)
+        otf = np.concatenate([otf.real, otf.imag], axis=2) * (np.abs(passes).max(axis=0) / (np.pi * number))[:, None]
+        return spanning(np.einsum("kcj,jna->kcan", weights, otf).reshape(kinds, -1, FREQUENCIES), allowed)
 
     def plane(self, weights: F64, fx: F64, fy: F64) -> C128:
         """Return the transfer (kinds, channels, …) at frequencies in cycles/pitch."""
