@@ -130,12 +130,11 @@ class Lens:
         kinds = len(weights)
         if kinds <= FEW_KINDS:
             return np.eye(kinds)
-        step = self.system.highest_per_um(self.wavelength_nm) / FREQUENCIES
-        number: F64 = np.arange(FREQUENCIES) + 0.5
+        step: float = self.system.highest_per_um(self.wavelength_nm) / FREQUENCIES
+        number = np.arange(FREQUENCIES, dtype=np.float64) + 0.5
         angle = np.pi * np.arange(ASKED) / ASKED
         passes = self.system.footprint_otf(*(step * np.outer(way, number) for way in (np.cos(angle), np.sin(angle))))
-        frequency: F64 = step * self.pitch_um * number
-        otf = self._around(frequency)
+        otf = self._around(step * self.pitch_um * number)
         otf = np.concatenate([otf.real, otf.imag], axis=2) * (np.abs(passes).max(axis=0) / (np.pi * number))[:, None]
         return spanning(np.einsum("kcj,jna->kcan", weights, otf).reshape(kinds, -1, FREQUENCIES), allowed)
 
