@@ -80,9 +80,13 @@ def layout(index: tuple[int, ...]) -> tuple[I64, F64, F64]:
     """Return the indices of polynomials in an array (m, cos or sin, p), their norms, and all recurrences."""
     n, m = np.array([orders(j) for j in index], np.int64).reshape(-1, 2).T
     p = (n - np.abs(m)) // 2
-    turns, degrees = int(np.abs(m).max(initial=0)) + 1, int(p.max(initial=0)) + 1
+    azimuthal, degrees = int(np.abs(m).max(initial=0)) + 1, int(p.max(initial=0)) + 1
     places = (2 * np.abs(m) + (m < 0)) * degrees + p
-    return places, np.array([norm(j) for j in index]), np.stack([radial_steps(one, degrees) for one in range(turns)])
+    return (
+        places,
+        np.array([norm(j) for j in index]),
+        np.stack([radial_steps(one, degrees) for one in range(azimuthal)]),
+    )
 
 
 def zernike(index: int, x: F64, y: F64) -> F64:

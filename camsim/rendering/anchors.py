@@ -39,9 +39,9 @@ def anchored(arrangement: Arrangement, grid: Grid, tolerance: float) -> Arrangem
     along /= length[:, None]
     at = np.clip(((middle - start) * along).sum(axis=1), 0.0, length)
     foot = start + at[:, None] * along
-    beside = np.hypot(*(foot - middle).astype(float).T) <= near
+    close = np.hypot(*(foot - middle).astype(float).T) <= near
     corners = np.stack([(foot + way * AFTER * near * along).astype(float) for way in (-1.0, 1.0)])
-    within = np.stack([beside & (at > AFTER * near), beside & (at < length - AFTER * near)])
+    within = np.stack([close & (at > AFTER * near), close & (at < length - AFTER * near)])
     count = np.zeros((2, len(arrangement.left)), np.int64)
     count[:, far] = within
     times = 1 + count.sum(axis=0)

@@ -131,8 +131,8 @@ def _auto(job: Job, samples: int | None) -> tuple[str, str, Plan]:
         return "fourier", why, plan if len(job.edges) else FlatPlan(job=job)
     try:
         boundary = BOUNDARY.plan(job, samples)
-    except UnsupportedError as unfollowed:
-        return "fourier", f"boundary: {unfollowed.message}", FREQUENCIES.plan(job, samples)
+    except UnsupportedError as refusal:
+        return "fourier", f"boundary: {refusal.message}", FREQUENCIES.plan(job, samples)
     if not len(job.edges):
         return "boundary", "there is no edge to render", FlatPlan(job=job)
     one = boundary.cost

@@ -188,16 +188,16 @@ def fuse_by_light(signals: Signals, count: int) -> tuple[F64, F64]:
     middle, half = 0.5 * (wavelength_nm[0] + wavelength_nm[-1]), 0.5 * (wavelength_nm[-1] - wavelength_nm[0])
     place = (wavelength_nm - middle) / half
     # Lanczos recurrence of the polynomials orthogonal under the light's spectrum: their zeros are the nodes.
-    one, beside = np.zeros(count), np.zeros(count)
+    diagonal, off_diagonal = np.zeros(count), np.zeros(count)
     vectors = [np.sqrt(light / light.sum())]
     for k in range(count):
         following = place * vectors[-1]
-        one[k] = np.sum(following * vectors[-1])
+        diagonal[k] = np.sum(following * vectors[-1])
         for vector in (*vectors, *vectors):
             following = following - np.sum(following * vector) * vector
-        beside[k] = math.sqrt(np.sum(following**2))
-        vectors.append(following / beside[k])
-    zeros = np.linalg.eigvalsh(np.diag(one) + np.diag(beside[:-1], -1))  # scipy.linalg takes long to import
+        off_diagonal[k] = math.sqrt(np.sum(following**2))
+        vectors.append(following / off_diagonal[k])
+    zeros = np.linalg.eigvalsh(np.diag(diagonal) + np.diag(off_diagonal[:-1], -1))  # scipy.linalg takes long to import
 
     basis = np.ones((wavelength_nm.size, count))
     for j in range(count):

@@ -84,7 +84,7 @@ class Waves:
             distance = float(self.blur.max()) * (
                 NEAREST + self._step * np.arange(block * AT_ONCE, (block + 1.0) * AT_ONCE)
             )
-            wave, phasors = _turns(distance, u / self.blur), self._phasors(u, power).T
+            wave, phasors = _rotations(distance, u / self.blur), self._phasors(u, power).T
             # The amplitudes are real: a complex product would cost twice as much.
             real, imaginary = (product(part, phasors) for part in (wave.real, wave.imag))
             counted = np.sqrt((real**2 + imaginary**2).max(axis=1))
@@ -118,15 +118,15 @@ class Waves:
         return {}
 
 
-def _turns(distance: F64, freq: F64) -> C128:
+def _rotations(distance: F64, freq: F64) -> C128:
     """Return exp(2πi·distance·frequency) (n, j) at evenly spaced distances (n,), as products of two factors.
 
     This takes 2√n exponentials per frequency instead of n.
     """
     some = math.isqrt(distance.size) + 1
     first, steps = distance[::some], distance[:some] - distance[0]
-    turns: C128 = np.exp(2j * np.pi * first[:, None] * freq)[:, None] * np.exp(2j * np.pi * steps[:, None] * freq)
-    return turns.reshape(-1, freq.size)[: distance.size]
+    phasors: C128 = np.exp(2j * np.pi * first[:, None] * freq)[:, None] * np.exp(2j * np.pi * steps[:, None] * freq)
+    return phasors.reshape(-1, freq.size)[: distance.size]
 
 
 def _at(front: Front, ring: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -46,7 +46,7 @@ class Scratch(NamedTuple):
     site_y: F64
     site_g: F64
     site_sums: F64  # (channels, leaf²) sum of edges with negligible ringing there
-    quiet: U8  # (leaf²,)
+    negligible: U8  # (leaf²,)
 
 
 def stack_of(world: World) -> Stack:
@@ -75,7 +75,7 @@ def scratch_of(world: World) -> Scratch:
         site_y=(index // leaf).astype(np.float64),
         site_g=np.empty((4, sites)),
         site_sums=np.empty((channels, sites)),
-        quiet=np.empty(sites, np.uint8),
+        negligible=np.empty(sites, np.uint8),
     )
 
 
@@ -116,7 +116,7 @@ def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, worl
     half = 0.5 * size
     count, source, state = stack.listed[level - 1], stack.source[level - 1], stack.state[level - 1]
     keep, keep_state, sums = stack.source[level], stack.state[level], stack.sums[level]
-    kept = 0
+    retained = 0
     lines = 0
     px, py, g = scratch.node_x, scratch.node_y, scratch.node_g
     for i in range(n.nodes.size):
@@ -130,9 +130,9 @@ def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, worl
             far_at_points(e, part, x, y, px, py, edges, n, g)
             add_weighed(g, tables.far[edges.pair[e]], sums)
         if part < 0 or part == ENDS:
-            keep[kept] = e
-            keep_state[kept] = LINE if part == ENDS else state[item]
-            lines += keep_state[kept] == LINE
-            kept += 1
-    stack.listed[level] = kept
-    return kept - lines
+            keep[retained] = e
+            keep_state[retained] = LINE if part == ENDS else state[item]
+            lines += keep_state[retained] == LINE
+            retained += 1
+    stack.listed[level] = retained
+    return retained - lines

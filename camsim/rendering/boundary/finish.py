@@ -41,8 +41,8 @@ def _negligible_all_over(e: int, x: float, y: float, half: float, edges: TabledE
     """Return whether an edge is far away, with negligible ringing, for a square about (x, y): a test by its middle."""
     reach = 0.5 * edges.length[e]
     gap = gap_from(edges.x[e] + reach * edges.tx[e] - x, edges.y[e] + reach * edges.ty[e] - y, half, half) - reach
-    quiet: bool = gap >= (n.reach if edges.response[e] >= 0 else n.near)
-    return quiet
+    negligible: bool = gap >= (n.reach if edges.response[e] >= 0 else n.near)
+    return negligible
 
 
 @kernel()
@@ -79,7 +79,7 @@ def finish(
         for c in range(cols):
             image[row + r, col + c] = site[channel[row + r, col + c], c]
     x0, y0 = origin_x + col, origin_y + row
-    px, py, g, quiet = scratch.site_x, scratch.site_y, scratch.site_g, scratch.quiet
+    px, py, g, negligible = scratch.site_x, scratch.site_y, scratch.site_g, scratch.negligible
     from_all, half = scratch.site_sums, 0.5 * (n.leaf - 1)
     from_all[:] = 0.0
     for m in range(count):
@@ -93,12 +93,12 @@ def finish(
             if _negligible_all_over(e, x0 + half, y0 + half, half, edges, n):
                 add_weighed(g, tables.far[edges.pair[e]], from_all)
                 continue
-            far_and_negligible(e, x0, y0, px, py, edges, n, quiet)
+            far_and_negligible(e, x0, y0, px, py, edges, n, negligible)
             for r in range(rows):
                 for c in range(cols):
                     k = channel[row + r, col + c]
                     i = r * size + c
-                    if quiet[i]:
+                    if negligible[i]:
                         far = tables.far[edges.pair[e], k]
                         image[row + r, col + c] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far)
                     else:

@@ -80,11 +80,11 @@ def far_at_points(
             h = (dx - x[i]) * ty - (dy - y[i]) * tx
             s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
             g[0, i], g[1, i], g[2, i], g[3, i] = _ends(h, s1, length, side, m)
-    beside = 0
+    alongside = 0
     for i in range(x.size):
         s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
-        beside += (s1 < 0.0) & (s1 + length >= 0.0)
-    if part == ENDS or beside == 0:
+        alongside += (s1 < 0.0) & (s1 + length >= 0.0)
+    if part == ENDS or alongside == 0:
         return
     for i in range(x.size):
         h = (dx - x[i]) * ty - (dy - y[i]) * tx
@@ -105,8 +105,10 @@ def add_weighed(g: F64, far: F64, sums: F64) -> None:
 
 
 @kernel(fastmath={"contract"})
-def far_and_negligible(e: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, quiet: U8) -> None:
-    """Write 1 to ``quiet`` (points) where the far form suffices: ringing is negligible and no line is looked up."""
+def far_and_negligible(
+    e: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, negligible: U8
+) -> None:
+    """Write 1 to ``negligible`` (points) where the far form suffices: no ringing counts and no line is looked up."""
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
     dx, dy = edges.x[e] - x0, edges.y[e] - y0
     line = n.reach if edges.response[e] >= 0 else n.near
@@ -116,4 +118,4 @@ def far_and_negligible(e: int, x0: float, y0: float, x: F64, y: F64, edges: Tabl
         s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
         s2 = s1 + length
         ends = min(s1 * s1, s2 * s2) + h * h >= end2
-        quiet[i] = ends & ((s1 >= 0.0) | (s2 <= 0.0) | (abs(h) >= line))
+        negligible[i] = ends & ((s1 >= 0.0) | (s2 <= 0.0) | (abs(h) >= line))

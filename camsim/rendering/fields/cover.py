@@ -43,8 +43,8 @@ def cover_of(outline: Rings, shape: tuple[int, int]) -> Cover:
     pieces, area = pieces_of(start, end, cut)
     full = area >= WHOLE
     whole[tuple(cut[full].T)] = True
-    kept = ~full & (area > 1.0 - WHOLE)
-    return Cover(whole, cut[kept], *edges_of(pieces[kept], cut[kept]))
+    retained = ~full & (area > 1.0 - WHOLE)
+    return Cover(whole, cut[retained], *edges_of(pieces[retained], cut[retained]))
 
 
 def _touched(start: F64, end: F64, shape: tuple[int, int]) -> np.ndarray:
@@ -76,7 +76,7 @@ def _inside(start: F64, end: F64, shape: tuple[int, int]) -> np.ndarray:
     row = first[owner] + np.arange(owner.size) - np.repeat(np.cumsum(count) - count, count)
     part = (row + 0.5 - start[owner, 1]) / (end[owner, 1] - start[owner, 1])
     x = start[owner, 0] + part * (end[owner, 0] - start[owner, 0])
-    turns = np.zeros((rows, cols + 1), np.int64)
-    np.add.at(turns, (row, np.clip(np.ceil(x - 0.5), 0, cols).astype(np.int64)), 1)
-    inside: np.ndarray = np.cumsum(turns[:, :-1], axis=1) % 2 == 1
+    crossings = np.zeros((rows, cols + 1), np.int64)
+    np.add.at(crossings, (row, np.clip(np.ceil(x - 0.5), 0, cols).astype(np.int64)), 1)
+    inside: np.ndarray = np.cumsum(crossings[:, :-1], axis=1) % 2 == 1
     return inside

@@ -119,10 +119,10 @@ def _without_tails(wavelength_nm: F64, density: F64, allowed: float) -> tuple[F6
     stop = size.size - int(np.searchsorted(np.cumsum(size[::-1]), allowed, side="right"))
     if first >= stop:
         return wavelength_nm, density
-    kept = density[..., first:stop].copy()
-    kept[..., 0] += density[..., :first].sum(axis=-1)
-    kept[..., -1] += density[..., stop:].sum(axis=-1)
-    return wavelength_nm[first:stop], kept
+    retained = density[..., first:stop].copy()
+    retained[..., 0] += density[..., :first].sum(axis=-1)
+    retained[..., -1] += density[..., stop:].sum(axis=-1)
+    return wavelength_nm[first:stop], retained
 
 
 def _raster(field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudget, pitch_um: float) -> Raster:

@@ -125,7 +125,7 @@ class Layer:
             return planes
         return np.stack([_spline_of(_spline_of(plane).T).T for plane in planes])
 
-    def kept(self, turned: bool) -> F64:
+    def all_coefficients(self, turned: bool) -> F64:
         """Return all coefficients (planes, rows, cols); if ``turned``, with rows and columns exchanged."""
         whole = self.coefficients(range(self.shape[0]), range(self.shape[1]))
         return whole.transpose(0, 2, 1) if turned else whole

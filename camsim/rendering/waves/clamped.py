@@ -133,8 +133,8 @@ def netted(
     """
     least = ROUNDING * float(np.abs(jump).max(initial=0.0))
     same = SAME * max(1.0, float(np.abs([low, high]).max()))
-    beside = (start == end) & ((start == np.array(low)) | (start == np.array(high)))
-    apart = ~beside.any(axis=1)
+    on_side = (start == end) & ((start == np.array(low)) | (start == np.array(high)))
+    apart = ~on_side.any(axis=1)
     starts, ends, jumps = [start[apart]], [end[apart]], [jump[apart]]
     start, end, jump = start[~apart], end[~apart], jump[~apart]
     for axis in (0, 1):

@@ -107,10 +107,10 @@ def _in_closed_form(start: F64, end: F64, jump: F64, areas: F64, lattice: Lattic
 
 def phases(places: F64, lattice: Lattice) -> tuple[F64, F64]:
     """Return radians along y and x of places (n, 2) in a lattice's period, −π … π."""
-    turns = places / np.array(lattice.periods, float)
-    turns -= np.rint(turns)
-    turns *= 2.0 * np.pi
-    return np.ascontiguousarray(turns[:, 1]), np.ascontiguousarray(turns[:, 0])
+    cycles = places / np.array(lattice.periods, float)
+    cycles -= np.rint(cycles)
+    cycles *= 2.0 * np.pi
+    return np.ascontiguousarray(cycles[:, 1]), np.ascontiguousarray(cycles[:, 0])
 
 
 def half_plane(strengths: C128, across: F64, columns: int) -> C128:

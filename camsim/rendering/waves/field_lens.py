@@ -40,12 +40,12 @@ TRIED = np.array([[-0.83, 0.41], [0.37, -0.71], [0.92, 0.88], [-0.15, 0.07]])  #
 LOOKED_AT = 48  # radial frequencies at which transfers are compared
 BANDS = 4, 8, 14, 21, 28, 36, 48  # ends of frequency bands among these, each with its number of mixtures
 POINTS, OF_RADII, FAR_POINTS = 320, 5, 96  # along a table's radius: at least; per radius of the rule; of coarse levels
-TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
-OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 1.0, 0.6  # shares of the allowed error
+TABLE_DIRECTIONS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
+OF_RULE, OF_PLACES, OF_MIXTURES, OF_DIRECTIONS = 1.0, 2.0, 1.0, 0.6  # shares of the allowed error
 CUBIC = 0.0234  # error of cubic interpolation, over the fourth power of a harmonic's phase step
 ALIKE_UM = 1e-6  # image heights closer than this are equal
 NEAR_EVERY = 2  # largest spacing, photosites, of levels that are summed tile by tile
-MOST_KEPT, MOST_SHARED = 200, 8  # image heights whose transfers are cached, and parts of the frame
+MOST_CACHED, MOST_SHARED = 200, 8  # image heights whose transfers are cached, and parts of the frame
 SAME = 1e-9  # difference of waves, and of transfers, that is rounding
 Table: TypeAlias = tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]
 
@@ -101,7 +101,7 @@ class VaryingLens:
         return Wavefronts.of(lenses, wavelength_nm).less(self.planes_nm, wavelength_nm)
 
     @property
-    def _turns(self) -> bool:
+    def _revolves(self) -> bool:
         return isinstance(self.lens, Revolves) and self.lens.turns
 
     def mixtures(self, corners_um: F64, cut: float, weights: F64, counts: Sequence[int]) -> Mixtures | None:
@@ -130,7 +130,7 @@ class VaryingLens:
 
     def _symmetric(self, height_um: float) -> bool:
         """Whether the lens at an image height and the footprint are symmetric about the x and the y axis."""
-        if not self._turns or self.system.more:
+        if not self._revolves or self.system.more:
             return False
         x, y = (np.array([1.0, -0.6]) * part for part in (0.5, 0.3))
         lens = self.lens.at(height_um, 0.0)
@@ -156,7 +156,7 @@ class VaryingLens:
         """Return the quadrature and the sampling of transfers over a part of the frame."""
         (left, top), (right, bottom) = corners_um.tolist()
         places = [(x, y) for x in (left, 0.5 * (left + right), right) for y in (top, 0.5 * (top + bottom), bottom)]
-        if self._turns:
+        if self._revolves:
             away = np.unique(np.hypot(*np.array(places).T))
             places = [(away[0], 0.0), (away[away.size // 2], 0.0), (away[-1], 0.0)]
         some = np.unique(np.linspace(0, self.wavelength_nm.size - 1, 3).astype(int))
@@ -165,7 +165,7 @@ class VaryingLens:
 
     def transfers(self, rule: Rule, places_um: F64) -> C128:
         """Return harmonics (places, j, radii, 2·directions) of transfers at places (n, 2)."""
-        if not self._turns:
+        if not self._revolves:
             return self._of(rule, self._fronts(places_um, self.wavelength_nm))
         away = np.round(np.hypot(*places_um.T) / ALIKE_UM) * ALIKE_UM
         heights, which = np.unique(away, return_inverse=True)
@@ -177,22 +177,22 @@ class VaryingLens:
 
     def _along(self, rule: Rule, heights_um: tuple[float, ...]) -> C128:
         """Return the harmonics at image heights along x, cached: the frame's four quadrants share them."""
-        kept = self._kept
-        fresh = [height for height in heights_um if (rule, height) not in kept]
-        if len(kept) > MOST_KEPT:
-            kept.clear()
+        cached = self._harmonics_at
+        fresh = [height for height in heights_um if (rule, height) not in cached]
+        if len(cached) > MOST_CACHED:
+            cached.clear()
             fresh = [*heights_um]
         if fresh:
             fronts = Wavefronts.of([self.lens.at(height, 0.0) for height in fresh], self.wavelength_nm)
-            kept.update(zip([(rule, height) for height in fresh], self._of(rule, fronts), strict=True))
-        return np.stack([kept[rule, height] for height in heights_um])
+            cached.update(zip([(rule, height) for height in fresh], self._of(rule, fronts), strict=True))
+        return np.stack([cached[rule, height] for height in heights_um])
 
     def _of(self, rule: Rule, fronts: Wavefronts) -> C128:
         harmonics = rule.on_lattice(fronts)
         return harmonics.reshape(-1, self.wavelength_nm.size, *harmonics.shape[1:])
 
     @cached_property
-    def _kept(self) -> dict[tuple[Rule, float], C128]:
+    def _harmonics_at(self) -> dict[tuple[Rule, float], C128]:
         return {}
 
 
@@ -243,11 +243,11 @@ class _Part:
             # The modes that are left out add up with random signs.
             seen = np.einsum("...nd,nd->...d", np.abs(modes), edge).max(axis=-1).sum(axis=-1)
             beyond = np.sqrt(np.cumsum(((seen * fresh) ** 2)[:, ::-1], axis=1)[:, ::-1].max(axis=0))
-            kept = int(np.count_nonzero(beyond[: len(flat) - vectors.shape[1]] > allowed))
-            vectors = np.linalg.qr(np.concatenate([vectors, fresh[:, :kept]], axis=1))[0]
+            retained = int(np.count_nonzero(beyond[: len(flat) - vectors.shape[1]] > allowed))
+            vectors = np.linalg.qr(np.concatenate([vectors, fresh[:, :retained]], axis=1))[0]
             numbers[k] = vectors.shape[1]
-        kept = vectors.shape[1]
-        item = vectors.reshape(*displayed.shape[:2], kept)
+        retained = vectors.shape[1]
+        item = vectors.reshape(*displayed.shape[:2], retained)
         taken = np.einsum("pcm,kcj->jmkp", item, self.weights, optimize=True)
         flat = harmonics.reshape(*harmonics.shape[:2], -1)
         made = np.stack([_times(taken[j].reshape(-1, len(harmonics)), flat[:, j]) for j in range(len(taken))])
@@ -256,29 +256,33 @@ class _Part:
             lens=self.lens,
             rule=self.rule,
             harmonics=made,
-            turns=self._turns(displayed),
+            table_directions=self._table_directions(displayed),
             numbers=np.maximum(numbers, 1),
             cut=self.cut,
             count=count,
             taken=np.moveaxis(item, 0, 2),
         )
 
-    def _turns(self, displayed: C128) -> int:
+    def _table_directions(self, displayed: C128) -> int:
         """Return how many directions a table needs for cubic interpolation."""
         whole = np.concatenate([displayed, displayed.conj()], axis=-1)
         count = whole.shape[-1]
         size = np.abs(scipy.fft.fft(whole, axis=-1)).reshape(-1, count).max(axis=0) / count
         order = np.abs(np.fft.fftfreq(count, 1.0 / count))
-        left = [CUBIC * float(np.sum(size * (np.pi * order / turns) ** 4)) for turns in TURNS]
-        fits = (turns for turns, item in zip(TURNS, left, strict=True) if item <= OF_TURNS * self.lens.allowed)
-        return max(next(fits, TURNS[-1]), self.rule.directions)
+        left = [CUBIC * float(np.sum(size * (np.pi * order / count) ** 4)) for count in TABLE_DIRECTIONS]
+        fits = (
+            count
+            for count, item in zip(TABLE_DIRECTIONS, left, strict=True)
+            if item <= OF_DIRECTIONS * self.lens.allowed
+        )
+        return max(next(fits, TABLE_DIRECTIONS[-1]), self.rule.directions)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mixtures:
     """The lens of a part of the frame, with the interface of the lenses of frequency sums.
 
-    harmonics : (j, radii, m, kinds, 2·directions);  turns: directions of a table
+    harmonics : (j, radii, m, kinds, 2·directions);  table_directions: of a table
     numbers   : how many of the first mixtures frequencies up to each of ``BANDS`` use;  cut: highest frequency
     count     : Chebyshev points along a side;  taken: (channels, m, count²) weight of each mixture at these points
     like      : the mixtures of which these are a mirror image, and whether along x and along y
@@ -287,7 +291,7 @@ class Mixtures:
     lens: VaryingLens
     rule: Rule
     harmonics: C128
-    turns: int
+    table_directions: int
     numbers: I64
     cut: float
     count: int
@@ -331,19 +335,19 @@ class Mixtures:
         shape = self.harmonics.shape[2:]
         total = np.zeros((points + 1, *shape), complex)
         more = self.lens.system.more
-        out = np.zeros((*total.shape[:3], self.turns), complex) if more else None
+        out = np.zeros((*total.shape[:3], self.table_directions), complex) if more else None
         for item, blur, nm in zip(self.harmonics, self.lens.blurs, self.lens.wavelength_nm.tolist(), strict=True):
             along = _times(self.rule.between(frequency * blur), item.reshape(len(item), -1)).reshape(-1, *shape)
             if out is None:
                 total += along
                 continue
-            angle = np.pi * np.arange(self.turns) / self.turns - 0.5 * np.pi
+            angle = np.pi * np.arange(self.table_directions) / self.table_directions - 0.5 * np.pi
             fx, fy = (np.outer(frequency / self.lens.pitch_um, way) for way in (np.cos(angle), np.sin(angle)))
             passes = functools.reduce(np.multiply, (stage.otf(fx, fy, nm) for stage in more))
-            out += _finer(along, self.turns) * passes[:, None, None]
-        half = np.moveaxis(_finer(total, self.turns) if out is None else out, 3, 1).swapaxes(2, 3)
+            out += _finer(along, self.table_directions) * passes[:, None, None]
+        half = np.moveaxis(_finer(total, self.table_directions) if out is None else out, 3, 1).swapaxes(2, 3)
         band = np.searchsorted(np.array(BANDS[:-1]) * (self.cut / LOOKED_AT), frequency, side="right")
-        turn = -0.5 * math.pi, 1.0 / math.pi, self.turns, NO_BORDER
+        turn = -0.5 * math.pi, 1.0 / math.pi, self.table_directions, NO_BORDER
         return (_closed(half), self.numbers[band]), points / level.cut, turn
 
     def add(self, image: F64, each: F64, part: tuple[slice, slice], shape: tuple[int, int]) -> None:
@@ -369,15 +373,15 @@ def _times(matrix: F64, values: C128) -> C128:
     return product
 
 
-def _finer(harmonics: C128, turns: int) -> C128:
-    """Return harmonics (…, 2·directions) evaluated at ``turns`` directions over half a turn from −π/2 on."""
+def _finer(harmonics: C128, directions: int) -> C128:
+    """Return harmonics (…, 2·directions) evaluated at ``directions`` directions over half a turn from −π/2 on."""
     count = harmonics.shape[-1]
     order = np.fft.fftfreq(count, 1.0 / count)
     turned = harmonics * np.exp(-0.5j * np.pi * order)
-    wide = np.zeros((*harmonics.shape[:-1], 2 * turns), complex)
+    wide = np.zeros((*harmonics.shape[:-1], 2 * directions), complex)
     half = count // 2
     wide[..., :half], wide[..., -half:] = turned[..., :half], turned[..., -half:]
-    finer: C128 = scipy.fft.ifft(wide, axis=-1)[..., :turns] * (2 * turns)
+    finer: C128 = scipy.fft.ifft(wide, axis=-1)[..., :directions] * (2 * directions)
     return finer
 
 

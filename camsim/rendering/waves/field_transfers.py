@@ -142,10 +142,10 @@ class Rule:
 
     def at(self, fronts: Wavefronts, rho: F64, angle: F64) -> C128:
         """Return transfers (n, places)."""
-        beside = np.searchsorted(self.outer * TRIED_RADII, rho)
+        interval = np.searchsorted(self.outer * TRIED_RADII, rho)
         nodes = np.array(self.nodes)
         last = nodes.size - 1
-        item = np.maximum(nodes[np.minimum(beside, last)], nodes[np.clip(beside - 1, 0, last)])
+        item = np.maximum(nodes[np.minimum(interval, last)], nodes[np.clip(interval - 1, 0, last)])
         return fronts.transfers(rho, angle, item)
 
     def on_lattice(self, fronts: Wavefronts) -> C128:
@@ -194,9 +194,9 @@ class Rule:
             size = np.abs(waves).max(axis=(0, 2))
             size = size[:count] + np.concatenate([[0.0], size[:count:-1]])
             if (fits := _fewest(size, DIRECTIONS, 0.5 * allowed)) is not None:
-                kept = np.abs(order) < fits
-                turned = np.exp(1j * np.outer(BETWEEN, order[kept]))
-                found = np.einsum("am,rmp->rap", turned, waves[:, kept], optimize=True).reshape(right.shape)
+                retained = np.abs(order) < fits
+                turned = np.exp(1j * np.outer(BETWEEN, order[retained]))
+                found = np.einsum("am,rmp->rap", turned, waves[:, retained], optimize=True).reshape(right.shape)
                 if np.abs(found - right).max() <= allowed:
                     return fits
         raise UnsupportedError("its wavefronts turn too often around the pupil", key="lens")
@@ -227,7 +227,7 @@ def _overlaps(
     slots : (m, 2, p) row of ``waves`` for each polynomial, cos or sin; −1: none;  steps: see ``zernike.radial_steps``
     """
     nodes, weights, counts = rules
-    turns, degrees = len(slots), slots.shape[2]
+    azimuthal, degrees = len(slots), slots.shape[2]
     places = waves.shape[1]
     phase, real, imag = np.empty(places), np.empty(places), np.empty(places)
     for n in range(begin, stop):
@@ -248,7 +248,7 @@ def _overlaps(
                 s0, s1 = x0 * x0 + y0 * y0, x1 * x1 + y1 * y1
                 phase[:] = 0.0
                 c0, d0, c1, d1 = 1.0, 0.0, 1.0, 0.0  # real and imaginary parts of (x + iy)^m
-                for m in range(turns):
+                for m in range(azimuthal):
                     if m > 0:
                         c0, d0 = c0 * x0 - d0 * y0, c0 * y0 + d0 * x0
                         c1, d1 = c1 * x1 - d1 * y1, c1 * y1 + d1 * x1

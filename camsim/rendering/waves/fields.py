@@ -154,7 +154,7 @@ class FieldSource:
     def _planes(self) -> F64:
         """Samples of each kind (kinds, rows, cols), rows along x."""
         assert isinstance(self.layer, Layer)
-        return self._mixed(self.layer.kept(self._is_turned))
+        return self._mixed(self.layer.all_coefficients(self._is_turned))
 
     @property
     def _is_turned(self) -> bool:

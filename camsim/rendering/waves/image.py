@@ -82,12 +82,12 @@ class FrequencyImage:
         whole = int(rows.min()), int(cols.min()), int(rows.max()) + 1, int(cols.max()) + 1
         sides = whole[2] - whole[0] + 2.0 * reach, whole[3] - whole[1] + 2.0 * reach
         # One window for all photosites where it is smaller than one for each.
-        for row, col, below, beside in [whole] if sides[0] * sides[1] < 4.0 * reach**2 * rows.size else apart:
-            at, size = (origin[0] + col, origin[1] + row), (beside - col, below - row)
-            here = np.flatnonzero((rows >= row) & (rows < below) & (cols >= col) & (cols < beside))
+        for row, col, below, right in [whole] if sides[0] * sides[1] < 4.0 * reach**2 * rows.size else apart:
+            at, size = (origin[0] + col, origin[1] + row), (right - col, below - row)
+            here = np.flatnonzero((rows >= row) & (rows < below) & (cols >= col) & (cols < right))
             image = self._part(near, at, size, channels)
             if far is not None:
-                image += self._between(far, every, (slice(row, below), slice(col, beside)))
+                image += self._between(far, every, (slice(row, below), slice(col, right)))
             out[:, here] = image[:, rows[here] - row, cols[here] - col]
         return out
 
@@ -245,8 +245,8 @@ def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> 
     Columns are transformed by an FFT, or by direct sums where there are few rows and frequencies do not alias.
     """
     (px, py), lines = (period // every for period in periods), total.shape[1]
-    turns = np.outer(np.arange(out.shape[1]), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
-    waves = np.exp(2j * np.pi / py * turns) / py if lines < py else None
+    cycles = np.outer(np.arange(out.shape[1]), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
+    waves = np.exp(2j * np.pi / py * cycles) / py if lines < py else None
     for one, whole in zip(out, total, strict=True):
         columns = scipy.fft.ifft(whole, axis=0)[: one.shape[0]] if waves is None else waves @ whole
         # The real part of a sum over all frequencies, as one over those up to Nyquist, of which only the first and

@@ -109,12 +109,12 @@ def add_polar(
     (across, down, both), (step_x, step_y, per, most) = footprint, scale
     kinds, lines, columns = source.shape
     channels, rows, cols = total.shape
-    points, turns, parts = len(polar), polar.shape[1], polar.shape[3]
+    points, directions, parts = len(polar), polar.shape[1], polar.shape[3]
     begins, per_radian, steps, border = turn
-    panels = turns // (steps + 3)
+    panels = directions // (steps + 3)
     lens, sums = np.empty(parts), np.empty((cols, parts))
     radial, turned = np.empty(4), np.ones(4)
-    ways = 1 if turns == 1 else 4
+    ways = 1 if directions == 1 else 4
     for row in range(begin, stop):
         sums[:] = 0.0
         first = row - ((row - lowest) // rows) * rows
@@ -131,14 +131,14 @@ def add_polar(
                 panel = 0
                 place = 0.0
                 along = radius
-                if turns > 1:
+                if directions > 1:
                     place = max((math.atan2(fy, fx) - begins) * per_radian, 0.0)
                     panel = min(int(place), panels - 1)
                     place = (place - panel) * steps + 1.0
                     if len(border):
                         along = fx * border[panel, 0] + fy * border[panel, 1]
                 way = 1
-                if turns > 1:
+                if directions > 1:
                     way = min(max(int(place), 1), steps)
                     _cubic(place - way, turned)
                     way += panel * (steps + 3)

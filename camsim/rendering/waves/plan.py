@@ -94,8 +94,8 @@ class WavesPlan:
     def image(self) -> FrequencyImage | None:
         """The frequency sums of all sources; None for an empty scene."""
         job, tolerance = self.job, self.job.tolerance
-        beside = tolerance if self.fields is None else tolerance / self.fields.brighter
-        precision = max(1e-13, OF_PRECISION * beside)
+        finest = tolerance if self.fields is None else tolerance / self.fields.brighter
+        precision = max(1e-13, OF_PRECISION * finest)
         found: list[tuple[Source, F64, Lens]] = []
         if len(job.edges):
             nodes = self.nodes
@@ -112,10 +112,10 @@ class WavesPlan:
             found += self._of_fields(self.fields, precision)
         if not found:
             return None
-        cut = max(self._band(lens, weights, beside) for _, weights, lens in found)
+        cut = max(self._band(lens, weights, finest) for _, weights, lens in found)
         farthest = max(_farthest(source, job) for source, *_ in found)
         width = max(float(np.hypot(*np.subtract(*source.box))) for source, *_ in found)
-        levels = self._levels(cut, farthest, width, beside)
+        levels = self._levels(cut, farthest, width, finest)
         if len(levels) > 1:
             low, reach = levels[1].cut, levels[0].reach + BESIDE_SUPPORT
             first = np.array(job.grid.first_centre)
@@ -135,7 +135,7 @@ class WavesPlan:
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
             levels=levels,
-            leak=OF_LEAK * beside,
+            leak=OF_LEAK * finest,
         )
 
     def fused(self, signals: Signals, tolerance: float) -> tuple[F64, F64]:
@@ -182,10 +182,10 @@ class WavesPlan:
         if self._rings is not None:
             beyond = np.maximum(beyond, self._rings.beyond(light * footprint.mean(axis=0), highest))  # concentric edges
         allowed = OF_BAND * tolerance
-        kept = int(np.count_nonzero(beyond > allowed))
-        if self.fields is not None and kept >= NEARLY_ALL * STEPS:
-            kept = STEPS
-        return float(highest * max(kept, 8) / STEPS)
+        passing = int(np.count_nonzero(beyond > allowed))
+        if self.fields is not None and passing >= NEARLY_ALL * STEPS:
+            passing = STEPS
+        return float(highest * max(passing, 8) / STEPS)
 
     @cached_property
     def _rings(self) -> Rings | None:
