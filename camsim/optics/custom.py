@@ -69,15 +69,16 @@ def settled(lens: Any, farthest_um: float) -> Any:
         check(lens.opening, Positive, "opening", name)
     if isinstance(lens, Illuminates):
         _check_illumination(lens, farthest_um)
-    kept = check(lens.transmission, Transmission, "transmission", name)
-    if kept is lens.transmission:
+    transmission = check(lens.transmission, Transmission, "transmission", name)
+    if transmission is lens.transmission:
         return lens
     if "transmission" in {field.name for field in dataclasses.fields(lens) if field.init}:
-        return dataclasses.replace(lens, transmission=kept)
+        return dataclasses.replace(lens, transmission=transmission)
     if isinstance(lens.transmission, int):
         return lens
-    message = "is no field, so that it cannot be kept as " + ("a float" if isinstance(kept, float) else "a held curve")
-    raise InvalidValueError(f"{message}; give it so", key="transmission", stage=name)
+    form = "a float" if isinstance(transmission, float) else "a held curve"
+    message = f"is no field, so that it cannot be kept as {form}; give it so"
+    raise InvalidValueError(message, key="transmission", stage=name)
 
 
 def _check_illumination(lens: Illuminates, farthest_um: float) -> None:
@@ -113,16 +114,16 @@ def _check_inherited(stage: OpticalStage, key: str) -> None:
     one = {name for kind in classes if not _of_camsim(kind) for name in vars(kind)}
     theirs = [kind for kind in classes if _of_camsim(kind)]
     verbs = {
-        name: kind.__name__
+        name
         for kind in theirs
         for name, member in vars(kind).items()
         if not name.startswith("_") and isinstance(member, types.FunctionType | property)
     }
-    changed, kept = sorted(one & verbs.keys() - _BESIDES), sorted(verbs.keys() - one - _BESIDES)
-    kept = kept if len(kept) <= _NAMED else [*kept[:_NAMED], "more"]
-    if changed and kept:
+    overridden, inherited = sorted(one & verbs - _BESIDES), sorted(verbs - one - _BESIDES)
+    inherited = inherited if len(inherited) <= _NAMED else [*inherited[:_NAMED], "more"]
+    if overridden and inherited:
         name, base = type(stage).__name__, theirs[0].__name__
-        message = f"{name} has its own {both(changed)}, and {both(kept)} of the {base} that it inherits from"
+        message = f"{name} has its own {both(overridden)}, and {both(inherited)} of the {base} that it inherits from"
         raise refused(key, f"{message}; write a dataclass that holds one instead, and says only what it knows")
 
 

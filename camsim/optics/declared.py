@@ -257,5 +257,5 @@ def _of_transfer(otf: Transfer, top: float, r: F64, count: int) -> tuple[F64, F6
     x, w = gauss_legendre(count)
     f = 0.5 * top * (1.0 + x)
     weighted = math.pi * top * w * otf(f, np.zeros_like(f)).real
-    turns = 2.0 * np.pi * np.outer(r, f)
-    return (weighted * f * scipy.special.j0(turns)).sum(axis=1), r * (weighted * scipy.special.j1(turns)).sum(axis=1)
+    phase = 2.0 * np.pi * np.outer(r, f)
+    return (weighted * f * scipy.special.j0(phase)).sum(axis=1), r * (weighted * scipy.special.j1(phase)).sum(axis=1)

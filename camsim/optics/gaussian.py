@@ -138,9 +138,9 @@ class EllipticalGaussian:
         rotate_deg = check(rotate_deg, float, "rotate_deg", cls.__name__)
         cos, sin = math.cos(math.radians(rotate_deg)), math.sin(math.radians(rotate_deg))
         a, b = sigma_um**2, sigma_across_um**2
-        across = (a - b) * cos * sin
+        xy = (a - b) * cos * sin
         return cls(
-            covariance_um2=((a * cos * cos + b * sin * sin, across), (across, a * sin * sin + b * cos * cos)),
+            covariance_um2=((a * cos * cos + b * sin * sin, xy), (xy, a * sin * sin + b * cos * cos)),
             f_number=f_number,
             transmission=transmission,
         )

@@ -108,8 +108,8 @@ class MeasuredPsf:
             x, y = x[passes], y[passes]
             samples = np.array(self.irradiance)
             samples = (samples / samples.sum()).astype(complex)
-            turns = 2.0 * np.pi * (y - np.round(y)), 2.0 * np.pi * (x - np.round(x))
-            waves = at_points(turns, samples, precision=1e-13, sign=-1)
+            phases = 2.0 * np.pi * (y - np.round(y)), 2.0 * np.pi * (x - np.round(x))
+            waves = at_points(phases, samples, precision=1e-13, sign=-1)
             # The sum counts from −n//2; the middle of the array is (n − 1)/2.
             shift_x, shift_y = (c - n // 2 for c, n in zip(self._centre, samples.shape[::-1], strict=True))
             turn = np.exp(2j * np.pi * (x * shift_x + y * shift_y))

@@ -35,8 +35,8 @@ class _Plates:
 
     def spots_um(self) -> F64:
         """Return the offsets (n, 2) of the spots as x, y in µm; each carries the same light."""
-        across, down = ([-0.5 * split, 0.5 * split] if split else [0.0] for split in self.splits_um)
-        spots = np.array([[x, y] for y in down for x in across])
+        along_x, along_y = ([-0.5 * split, 0.5 * split] if split else [0.0] for split in self.splits_um)
+        spots = np.array([[x, y] for y in along_y for x in along_x])
         c, s = cosine_and_sine(self.rotate_deg)
         turned: F64 = spots @ np.array([[c, s], [-s, c]])
         return turned
@@ -45,8 +45,8 @@ class _Plates:
         """Transfer function cos(π·d·fx)·cos(π·d·fy), fx and fy along the splits; first zero at 1/(2d) along each."""
         c, s = cosine_and_sine(self.rotate_deg)
         fx, fy = np.asarray(fx_per_um), np.asarray(fy_per_um)
-        along, across = fx * c + fy * s, fy * c - fx * s
-        otf: F64 = np.cos(np.pi * self.splits_um[0] * along) * np.cos(np.pi * self.splits_um[1] * across)
+        fu, fv = fx * c + fy * s, fy * c - fx * s
+        otf: F64 = np.cos(np.pi * self.splits_um[0] * fu) * np.cos(np.pi * self.splits_um[1] * fv)
         return otf
 
 

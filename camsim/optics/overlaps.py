@@ -198,18 +198,18 @@ def _cuts(s: float, angle: float, normals: F64, inner: float, hole: float, cuts:
         cuts[count], cuts[count + 1] = -hole, hole
         count = _roots(hole, hole, s, cuts, count + 2)
     # Sort them, without those outside.
-    kept = 0
+    inside = 0
     for k in range(count):
         value = cuts[k]
         if abs(value) > extent:
             continue
-        place = kept
+        place = inside
         while place > 0 and cuts[place - 1] > value:
             cuts[place] = cuts[place - 1]
             place -= 1
         cuts[place] = value
-        kept += 1
-    return kept
+        inside += 1
+    return inside
 
 
 @kernel()
@@ -228,19 +228,19 @@ class Overlaps:
     """A pupil's overlaps with its shifted copies, at several wavelengths.
 
     paths_nm : (w, d + 1, d + 1) coefficients of x^a·y^b;  which: (j,) index of each wavelength's path difference
-    turns_rad : angle of rotational symmetry, of a round wavefront: of a polygon; 0 of a circle; else π
+    symmetry_rad : angle of rotational symmetry, of a round wavefront: of a polygon; 0 of a circle; else π
     """
 
     lens: Opened
     wavelength_nm: F64
     paths_nm: F64
     which: I64
-    turns_rad: float
+    symmetry_rad: float
 
     @property
     def revolves(self) -> bool:
         """Whether the transfer is rotationally symmetric."""
-        return self.turns_rad == 0.0
+        return self.symmetry_rad == 0.0
 
     @property
     def panels(self) -> int:
@@ -292,16 +292,16 @@ class Overlaps:
         """Express a wavefront as a polynomial and find its symmetry."""
         terms, degree = _polynomials(lens, wavelength_nm)
         same = [int(np.argmax(np.abs(terms[: k + 1] - one).max(axis=1) <= SAME_PATH)) for k, one in enumerate(terms)]
-        kept, which = np.unique(same, return_inverse=True)
-        paths = np.zeros((kept.size, degree + 1, degree + 1))
-        for out, one in zip(paths, terms[kept], strict=True):
+        distinct, which = np.unique(same, return_inverse=True)
+        paths = np.zeros((distinct.size, degree + 1, degree + 1))
+        for out, one in zip(paths, terms[distinct], strict=True):
             out[_powers(degree)] = one
         x = np.array([0.3, 0.7, 1.0])
         turned = [lens.waves(x * math.cos(a), x * math.sin(a), float(wavelength_nm[0])) for a in (0.0, 1.1, 2.9)]
-        turns = math.pi  # transfers at opposite directions are conjugate
+        symmetry_rad = math.pi  # transfers at opposite directions are conjugate
         if float(np.ptp(turned, axis=0).max()) <= ROUNDING:
-            turns = 0.0 if lens.pupil.shape == "circular" else 2.0 * math.pi / lens.pupil.sides
-        return cls(lens, wavelength_nm, paths, which.astype(np.int64), turns)
+            symmetry_rad = 0.0 if lens.pupil.shape == "circular" else 2.0 * math.pi / lens.pupil.sides
+        return cls(lens, wavelength_nm, paths, which.astype(np.int64), symmetry_rad)
 
     def __call__(self, rho: F64, angle: F64, nodes: I64) -> C128:
         """Return transfers (j, n) at ρ and directions (n,), computed once for equivalent directions.
@@ -309,10 +309,12 @@ class Overlaps:
         nodes : per axis of an overlap, at the fractions ``SHARES`` of the border's ρ; between two the larger
         """
         pupil = self.lens.pupil
-        if 0.0 < self.turns_rad < math.pi:  # symmetry of a regular polygon: rotation, and reflection about its corners
+        if (
+            0.0 < self.symmetry_rad < math.pi
+        ):  # symmetry of a regular polygon: rotation, and reflection about its corners
             first = math.radians(pupil.rotate_deg) + (0.25 * math.pi if pupil.shape == "square" else 0.0)
-            turned: F64 = np.remainder(angle - first, self.turns_rad)
-            angle = np.asarray(first + np.round(np.minimum(turned, self.turns_rad - turned), DIGITS), np.float64)
+            turned: F64 = np.remainder(angle - first, self.symmetry_rad)
+            angle = np.asarray(first + np.round(np.minimum(turned, self.symmetry_rad - turned), DIGITS), np.float64)
         both, which = np.unique(np.round(rho, DIGITS) + 1j * angle, return_inverse=True)
         rho, angle = np.ascontiguousarray(both.real), np.ascontiguousarray(both.imag)
         plain = not self.paths_nm.any()  # the transfer is the same at all wavelengths then
@@ -331,8 +333,8 @@ class Overlaps:
 
     def counts(self, rho: F64, angle_rad: F64, nodes: I64) -> I64:
         """Return the number of nodes per axis (n,) for each ρ and direction."""
-        beside = np.searchsorted(SHARES, rho / self.border_at(angle_rad))
-        counts: I64 = np.maximum(nodes[np.minimum(beside, nodes.size - 1)], nodes[np.maximum(beside - 1, 0)])
+        interval = np.searchsorted(SHARES, rho / self.border_at(angle_rad))
+        counts: I64 = np.maximum(nodes[np.minimum(interval, nodes.size - 1)], nodes[np.maximum(interval - 1, 0)])
         return counts
 
     def nodes_for(self, allowed: float) -> I64:

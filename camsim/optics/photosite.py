@@ -201,16 +201,16 @@ class RoundedPhotosite:
 
         def rows(part: slice | int) -> tuple[F64, F64]:
             """Return the factors of rows in fx, times their weights, and in fy, for rows above and below the middle."""
-            across = np.multiply.outer(share[part], np.ones(fx.shape)) * np.sinc(np.multiply.outer(row[part], fx))
-            return across, np.cos(2.0 * np.pi * np.multiply.outer(level[part], fy))
+            in_x = np.multiply.outer(share[part], np.ones(fx.shape)) * np.sinc(np.multiply.outer(row[part], fx))
+            return in_x, np.cos(2.0 * np.pi * np.multiply.outer(level[part], fy))
 
         if fx.ndim == fy.ndim == 2 and fx.shape[0] == fy.shape[1] == 1:
-            across, down = rows(slice(None))
-            total += product(down[..., 0].T, across[:, 0])
+            in_x, in_y = rows(slice(None))
+            total += product(in_y[..., 0].T, in_x[:, 0])
         else:
             for node in range(x.size):
-                across, down = rows(node)
-                total = total + across * down
+                in_x, in_y = rows(node)
+                total = total + in_x * in_y
         otf: F64 = total / self.area_um2
         return otf
 

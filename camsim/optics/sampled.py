@@ -68,9 +68,9 @@ def _tilt_and_extent(lens: OfPupil, wavelength_nm: float) -> tuple[tuple[float, 
     x, y = np.meshgrid(place, place)
     inside = lens.pupil.holds(x, y)
     slopes: list[F64] = list(np.gradient(lens.waves(x, y, wavelength_nm), step))
-    down, across = (slope[inside] for slope in slopes)
-    tilt = float(across.mean()), float(down.mean())
-    return tilt, 2.0 * float(np.hypot(across - tilt[0], down - tilt[1]).max())
+    slope_y, slope_x = (slope[inside] for slope in slopes)
+    tilt = float(slope_x.mean()), float(slope_y.mean())
+    return tilt, 2.0 * float(np.hypot(slope_x - tilt[0], slope_y - tilt[1]).max())
 
 
 class _Lattice(NamedTuple):
@@ -97,9 +97,9 @@ def _bent(lens: OfPupil, wavelength_nm: float, count: int) -> _Lattice:
     inside = covered > 0.0
     rows, columns = np.nonzero(inside)
     x, y = place[columns], place[rows]
-    (across, down), _ = _tilt_and_extent(lens, wavelength_nm)
+    (slope_x, slope_y), _ = _tilt_and_extent(lens, wavelength_nm)
     amplitude = np.zeros((count, count), complex)
-    phase = 2.0 * np.pi * (lens.waves(x, y, wavelength_nm) - across * x - down * y)
+    phase = 2.0 * np.pi * (lens.waves(x, y, wavelength_nm) - slope_x * x - slope_y * y)
     amplitude[inside] = covered[inside] * np.exp(1j * phase)
     return _spline(_power(amplitude) - _flat_power(lens.pupil, count), lens.pupil, step)
 

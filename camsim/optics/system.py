@@ -176,10 +176,10 @@ HIGHEST_PER_UM = 2.0**12
 def _cutoff(lens: OpticalStage, wavelength_nm: float) -> float:
     """Return the cut-off frequency of a transfer over all directions, to 1 in 1000, cycles/µm."""
     angle = np.pi * np.arange(24) / 24.0
-    across, down = np.cos(angle), np.sin(angle)
+    cos, sin = np.cos(angle), np.sin(angle)
 
     def passes(radius: F64) -> bool:
-        otf = lens.otf(np.multiply.outer(radius, across), np.multiply.outer(radius, down), wavelength_nm)
+        otf = lens.otf(np.multiply.outer(radius, cos), np.multiply.outer(radius, sin), wavelength_nm)
         return bool((np.abs(otf) > NOTHING).any())
 
     # Search from high frequencies down: a transfer may vanish within its band.

@@ -215,7 +215,7 @@ def _panel_off(at: Overlaps, count: int, nodes: I64) -> float:
     rho, width = np.array(RADII_TRIED), np.pi / at.panels
     tried = np.array(PANEL_TRIED)
     off = 0.0
-    for panel in range(at.panels if at.turns_rad == math.pi else 1):
+    for panel in range(at.panels if at.symmetry_rad == math.pi else 1):
         first = at.first_rad + panel * width
         known, right = (
             at(np.outer(rho, at.border_at(angle)).ravel(), np.tile(angle, rho.size), nodes).reshape(-1, angle.size)

@@ -103,12 +103,12 @@ class Wavefront(OfPupil):
 
         A tilt of c waves, 2c·x, displaces the PSF by c·4·λ_ref·N, the same at every wavelength.
         """
-        down, across = (sum(c for index, c in self._pairs if index == plane) for plane in (PLANE - 1, PLANE))
-        if not (across or down):
+        tilt_y, tilt_x = (sum(c for index, c in self._pairs if index == plane) for plane in (PLANE - 1, PLANE))
+        if not (tilt_x or tilt_y):
             return self, (0.0, 0.0)
         bent = tuple((index, c) for index, c in self._pairs if not 0 < index <= PLANE)
         each_um = 4.0 * self.blur_um(self.reference_nm)
-        return replace(self, zernike_waves=bent), (each_um * across, each_um * down)
+        return replace(self, zernike_waves=bent), (each_um * tilt_x, each_um * tilt_y)
 
     @property
     def _pairs(self) -> tuple[tuple[int, float], ...]:
