@@ -11,13 +11,14 @@ from camsim.core.arrays import F64, I64, U8, kinds_of
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import product
+from camsim.numerics.quadrature import gauss_phases, gauss_rules
 from camsim.rendering.direct.fields import Fields
-from camsim.rendering.direct.light import condensed, count_of, counted_until, densities
+from camsim.rendering.direct.light import condensed, counted_until, densities
 from camsim.rendering.direct.photosites import along_outlines
 from camsim.rendering.direct.places import hardest_photosites, how_many
 from camsim.rendering.direct.records import Table
 from camsim.rendering.direct.scenery import Pieces, pieces_of
-from camsim.rendering.direct.spread import Spline, phases_of, tabled
+from camsim.rendering.direct.spread import Spline, tabled
 from camsim.rendering.engine import Plan
 from camsim.rendering.job import Job
 from camsim.rendering.spectral import carrying
@@ -94,7 +95,7 @@ class DirectCheck:
             return wavelength_nm[:1], np.ones((wavelength_nm.size, 1))
         blur = system.blurs_um(np.array([wavelength_nm.min(), wavelength_nm.max()])) / pitch_um
         phase = 2.0 * math.pi * self._until * float(1.0 / blur.min() - 1.0 / blur.max())
-        return condensed(wavelength_nm, count_of(wavelength_nm.size, phase, self.allowed))
+        return condensed(wavelength_nm, phase, self.allowed)
 
     def _tabled(self, spline: Spline | None = None) -> tuple[Table, F64, F64]:
         """Return the table of the PSF, and the weights of its kinds of light in surfaces and in fields.
@@ -174,11 +175,12 @@ class DirectCheck:
         table, of_kinds, _ = self._tabled()
         both, pair = kinds_of(pieces.left * len(density) + pieces.right)
         left, right = np.divmod(both, len(density))
-        rules, phases = phases_of(OF_PANELS * self.allowed, MOST_NODES)
+        nodes, weights, _ = gauss_rules(tuple(range(1, MOST_NODES + 1)))
+        phases = gauss_phases(OF_PANELS * self.allowed, MOST_NODES)
         work = functools.partial(
             along_outlines, points, pieces.outlines, pieces.outlines.length, pair,
             np.ascontiguousarray(of_kinds[left] - of_kinds[right]), table,
-            (rules, phases, float(phases[-1] / (math.pi * self._highest))), out,
+            (nodes, weights, phases, float(phases[-1] / (math.pi * self._highest))), out,
         )  # fmt: skip
         shared(len(points), work)
         return out

@@ -19,8 +19,8 @@ import scipy
 from camsim.core.arrays import F64, I64
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
+from camsim.numerics.cut_cells import cell_states, cut_nodes
 from camsim.numerics.quadrature import GOLDEN, gauss_legendre, gauss_order
-from camsim.rendering.direct.cells import cell_states, cut_nodes
 from camsim.rendering.direct.painter import Rows, covered
 from camsim.rendering.direct.photosites import over_nodes, over_samples
 from camsim.rendering.direct.records import Table

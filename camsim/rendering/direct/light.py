@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.numerics.matrix_products import product
+from camsim.numerics.quadrature import chebyshev, interpolation
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.rendering.direct.scenery import Pieces
-from camsim.rendering.direct.spread import breaks_of, fades, smooth_energy
+from camsim.rendering.direct.spread import fades, smooth_energy
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
 
@@ -21,7 +21,6 @@ OF_LINE = 0.2  # ringing of a line over that of a whole circle, times the root o
 OF_SAMPLES = 0.4  # likewise of samples λN apart, which add up with random phases
 CROWD = 4000  # largest number of edges that count; they add up with random phases
 MOST_SIGNALS = 24  # spectra whose coherence is summed; others are like them
-DIRECTIONS = 180  # over half a turn, a degree apart
 
 
 def densities(
@@ -42,24 +41,17 @@ def densities(
     return wavelength_nm[seen], density / full[:, None], full
 
 
-def count_of(count: int, phase: float, allowed: float) -> int:
-    """Return the number of nodes for ``count`` wavelengths; see ``condensed``."""
-    return min(count, max(FEWEST, math.ceil(0.5 * phase + math.cbrt(phase) + MORE - 3.0 * math.log10(allowed))))
+def condensed(wavelength_nm: F64, phase: float, allowed: float) -> tuple[F64, F64]:
+    """Return Chebyshev nodes (j,) and a matrix (n, j) that moves signals to them, exact for polynomials.
 
-
-def condensed(wavelength_nm: F64, count: int) -> tuple[F64, F64]:
-    """Return Chebyshev nodes (count,) and a matrix (n, count) that moves signals to them, exact for polynomials."""
-    if wavelength_nm.size == count:
-        return wavelength_nm, np.eye(count)
+    phase : change of the phase of the farthest ringing over the wavelengths;  allowed: error of a photosite
+    """
+    count = max(FEWEST, math.ceil(0.5 * phase + math.cbrt(phase) + MORE - 3.0 * math.log10(allowed)))
+    if count >= wavelength_nm.size:
+        return wavelength_nm, np.eye(wavelength_nm.size)
     low, high = float(wavelength_nm.min()), float(wavelength_nm.max())
-    angle = math.pi * (np.arange(count) + 0.5) / count
-    nodes = 0.5 * (low + high) - 0.5 * (high - low) * np.cos(angle)
-    # ℓ_j(x) = (2/n) Σ' T_k(x_j)·T_k(x): sums of cosines avoid cancellation between neighbours.
-    place = np.arccos(np.clip((low + high - 2.0 * wavelength_nm) / (high - low), -1.0, 1.0))
-    degree = np.arange(count)
-    at_nodes, at_places = np.cos(np.outer(degree, angle)), np.cos(np.outer(degree, place))
-    at_places[0] *= 0.5
-    return nodes, (2.0 / count) * product(np.ascontiguousarray(at_places.T), at_nodes)
+    middle, half, nodes = 0.5 * (low + high), 0.5 * (high - low), chebyshev(count)
+    return middle + half * nodes, interpolation(nodes, (wavelength_nm - middle) / half)
 
 
 def counted_until(
@@ -82,9 +74,12 @@ def counted_until(
     extent = system.extent_um / pitch_um
     distance = NEAREST * np.float64(STEP) ** np.arange(math.ceil(math.log(FARTHEST / NEAREST) / math.log(STEP)))
     places = distance[:, None] + (STEP - 1.0) * distance[:, None] * np.arange(EACH) / EACH
-    amplitude = _ringing_amplitude(system, nm, pitch_um, places * longest).max(axis=1)
+    assert isinstance(system.lens, RoundLens)
+    energy = system.lens.encircled_energy(places * longest * pitch_um, nm)
+    strength = np.abs(energy - smooth_energy(system, pitch_um, nm, places * longest)).max(axis=1)
     only_fades = fades(system)  # its tail does not oscillate
-    strength = amplitude if only_fades else amplitude * _passed(system, pitch_um, wavelength_nm)
+    if not only_fades:
+        strength *= max(system.ring_share(wavelength_nm[[0, -1]], u) for u in system.lens.pattern().breaks)
     crowd = math.sqrt(max(1.0, min(len(pieces.left), CROWD) / 4.0))
     step, point = strongest[0] / longest, strongest[1] / longest**2
     share = OF_LINE / np.sqrt(distance) * crowd + min(OF_SAMPLES * step, 1.0) + point / distance
@@ -109,8 +104,8 @@ def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contras
     assert isinstance(system.lens, RoundLens)
     most = np.zeros(places.size)
     for u in system.lens.pattern().breaks:
-        turns = np.exp((2j * math.pi * u) * places.ravel()[:, None] / (system.blurs_um(wavelength_nm) / pitch_um))
-        most = np.maximum(most, np.abs(np.einsum("sn,rn->sr", signals, turns)).max(axis=0, initial=0.0))
+        waves = np.exp((2j * math.pi * u) * places.ravel()[:, None] / (system.blurs_um(wavelength_nm) / pitch_um))
+        most = np.maximum(most, np.abs(np.einsum("sn,rn->sr", signals, waves)).max(axis=0, initial=0.0))
     found: F64 = np.minimum(most, 1.0).reshape(places.shape).max(axis=1, initial=0.0)
     return found
 
@@ -119,18 +114,3 @@ def _last(distance: np.ndarray, strength: np.ndarray, allowed: float) -> float:
     """Return the distance after the last one at which a strength exceeds ``allowed``."""
     above = np.flatnonzero(strength > allowed)
     return float(distance[min(int(above[-1]) + 1, len(distance) - 1)]) if above.size else NEAREST
-
-
-def _ringing_amplitude(system: OpticalSystem, nm: float, pitch_um: float, r: F64) -> F64:
-    """Return the oscillatory part of the encircled energy within radii r, pitches, as an absolute value."""
-    lens = system.lens
-    assert isinstance(lens, RoundLens)
-    amplitude: F64 = np.abs(lens.encircled_energy(r * pitch_um, nm) - smooth_energy(system, pitch_um, nm, r))
-    return amplitude
-
-
-def _passed(system: OpticalSystem, pitch_um: float, wavelength_nm: F64) -> float:
-    """Return the largest transfer of OLPF and photosite at the frequencies of the ringing."""
-    angle = math.pi * np.arange(DIRECTIONS)[:, None] / DIRECTIONS
-    f = breaks_of(system, pitch_um, wavelength_nm[[0, -1]]) / pitch_um
-    return float(np.abs(system.footprint_otf(f * np.cos(angle), f * np.sin(angle))).max())

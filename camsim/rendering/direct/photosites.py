@@ -125,7 +125,7 @@ def along_outlines(
     pair: I64,
     weights: F64,
     t: Table,
-    panels: tuple[F64, F64, float],
+    panels: tuple[F64, F64, F64, float],
     out: F64,
     begin: int,
     end: int,
@@ -133,9 +133,9 @@ def along_outlines(
     """Add the light of outlines at photosites (n, 2) to ``out`` (n, channels).
 
     pair, weights : pair of spectra of each piece (pieces,), and left minus right of each pair (pairs, channels, kinds)
-    panels        : Gauss rules by number of nodes, the phases that they resolve, and the longest near panel
+    panels        : nodes and weights of Gauss rules by order, the phases that they resolve, and the longest near panel
     """
-    rules, phases, longest = panels
+    nodes, of_nodes, phases, longest = panels
     seen, total = np.empty(t.kinds), np.empty(t.kinds)
     stack = np.empty((DEEP, 2))
     per_length = phases[-1] / longest
@@ -173,13 +173,13 @@ def along_outlines(
                         order += 1
                 share = t1 - t0
                 for k in range(order):
-                    x, y, dx, dy = _at(o, e, 0.5 * (t0 + t1) + 0.5 * share * rules[order, 0, k])
+                    x, y, dx, dy = _at(o, e, 0.5 * (t0 + t1) + 0.5 * share * nodes[order - 1, k])
                     x, y = x - px, y - py
                     r = math.hypot(x, y)
-                    across = x * dy - y * dx
-                    if r == 0.0 or across == 0.0:
+                    cross = x * dy - y * dx
+                    if r == 0.0 or cross == 0.0:
                         continue
-                    times = 0.5 * share * rules[order, 1, k] * across / (r * r)
+                    times = 0.5 * share * of_nodes[order - 1, k] * cross / (r * r)
                     if is_far or r >= t.until:
                         _far(t, True, r, x / r, y / r, seen)
                         if not is_far:

@@ -9,16 +9,15 @@ below the tolerance, G is a series in powers of 1/r: a power f^s of T_m at 0 con
 from __future__ import annotations
 
 import functools
-import hashlib
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import product
-from camsim.numerics.quadrature import chebyshev, gauss_legendre, gauss_phases, gauss_pieces
+from camsim.numerics.quadrature import chebyshev, gauss_legendre, gauss_pieces
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.rendering.direct.records import POWERS, Table
 from camsim.rendering.direct.spread_kernels import fill_rows
@@ -30,15 +29,11 @@ QUINTIC = 1.0 / 46080.0  # error of quintic interpolation between two rows, over
 STEEP = 0.02  # sixth derivative, over that of a wave of the highest frequency
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # per period of the highest frequency
 FIRST_ZONE, WIDER = 8.0, 6.0  # zones of equal density: size of the first in periods, ratio of the others
-ANGLES, FEW_HARMONICS = (
-    8,
-    3.0,
-)  # directions beyond the highest order; radians of phase with hardly a harmonic
+ANGLES, FEW_HARMONICS = 8, 3.0  # directions beyond the highest order; radians of phase with hardly a harmonic
 ROUNDING = 1e-13  # of signals that are linear combinations of others
 NOTHING = 1e-300  # keeps a quotient of zeros finite
 FIRST_POWER, OF_MOMENTS = 0.2, 4.0  # light beyond a distance in λN; allowed error, in units of a table's
-MOST_KEPT = 12  # tables, some MB each: those of one camera's channels and pictures
-_KEPT: dict[Any, tuple[Table, F64]] = {}
+MOST_CACHED = 12  # tables, some MB each: those of one camera's channels and pictures
 
 
 class Spline(NamedTuple):
@@ -77,28 +72,26 @@ def tabled(
     density : (n, j) signals at wavelengths (j,)
     until : cutoff radius of ringing, pitches;  allowed: error of a photosite for light of 1
     """
-    seen = hashlib.sha256(np.ascontiguousarray(density).data).digest() + wavelength_nm.tobytes()
-    key = system, pitch_um, seen, until, allowed, spline
+    few, mixture = _few(density, ROUNDING)
+    light = tuple(wavelength_nm.tolist()), tuple(map(tuple, density[few].tolist()))
     try:
-        found = _KEPT.pop(key, None)
-    except TypeError:  # a custom lens that is not hashable
-        return _made(system, pitch_um, wavelength_nm, density, until, allowed, spline)
-    found = found or _made(system, pitch_um, wavelength_nm, density, until, allowed, spline)
-    _KEPT[key] = found
-    for old in list(_KEPT)[:-MOST_KEPT]:
-        _KEPT.pop(old, None)
-    return found
+        hash(system)
+        made = _made
+    except TypeError:  # a custom stage that is not hashable
+        made = _made.__wrapped__
+    table, of_few = made(system, pitch_um, light, until, allowed, spline)
+    return table, product(mixture, of_few)
 
 
+Signals: TypeAlias = tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]
+
+
+@functools.lru_cache(maxsize=MOST_CACHED)
 def _made(
-    system: OpticalSystem,
-    pitch_um: float,
-    wavelength_nm: F64,
-    density: F64,
-    until: float,
-    allowed: float,
-    spline: Spline | None,
+    system: OpticalSystem, pitch_um: float, signals: Signals, until: float, allowed: float, spline: Spline | None
 ) -> tuple[Table, F64]:
+    """Return the table for signals that are linearly independent: wavelengths (j,), and values (n, j) there."""
+    wavelength_nm, density = (np.array(column) for column in signals)
     highest = system.highest_per_um(wavelength_nm) * pitch_um
     breaks = breaks_of(system, pitch_um, wavelength_nm)
     extent = system.extent_um / pitch_um + (0.0 if spline is None else spline.extent)
@@ -109,9 +102,8 @@ def _made(
         until = max(until, (FIRST_POWER * blur * extent**6 / (OF_MOMENTS * allowed)) ** (1.0 / 7.0))
     allowed /= max(1.0, phase / FEW_HARMONICS)  # the errors of the harmonics add up
     f, weight = _frequencies(breaks, highest, until + extent, allowed)
-    first_few, mixture = _few(density, ROUNDING)
-    few, of_few = _few(product(density[first_few], transfers(system, pitch_um, wavelength_nm, f)), allowed)
-    mixture, density = product(mixture, of_few), density[first_few][few]
+    few, mixture = _few(product(density, transfers(system, pitch_um, wavelength_nm, f)), allowed)
+    density = density[few]
 
     def passed(f: F64) -> F64:
         """Return the lens's transfer for each kind (kinds, n) at frequencies in cycles/pitch."""
@@ -266,11 +258,11 @@ def _harmonics(found: F64, strength: F64, allowed: float) -> tuple[I64, F64, int
 
     strength : (n,) largest factor by which they are multiplied
     """
-    kept = (np.abs(found) * strength).max(axis=2) > allowed
-    order = np.arange(len(found[0]))
-    stride = int(np.gcd.reduce(order[kept.any(axis=0)])) or 1
-    some = stride * np.arange(1, int(np.flatnonzero(kept.any(axis=0)).max(initial=0)) // stride + 1)
-    has_sines = bool(kept[1].any())
+    significant = (np.abs(found) * strength).max(axis=2) > allowed
+    present = np.flatnonzero(significant.any(axis=0))
+    stride = int(np.gcd.reduce(present)) or 1
+    some = stride * np.arange(1, int(present.max(initial=0)) // stride + 1)
+    has_sines = bool(significant[1].any())
     orders = np.concatenate([[0], some, some if has_sines else some[:0]])
     sines = some.size if has_sines else 0
     return orders, _some(found, orders, sines), sines
@@ -314,30 +306,12 @@ def _coefficients(values: F64, until: float) -> F64:
     angle = np.arccos(chebyshev(SERIES_NODES))
     terms = np.einsum("hkn,ns->hks", values, np.cos(np.outer(angle, np.arange(SERIES_NODES)))) * (2.0 / SERIES_NODES)
     terms[..., 0] *= 0.5
-    series: F64 = np.einsum("hks,sp->hkp", terms, _shifted(until))
+    # On 0 … 1 the polynomial of order s is T_2s(√f), whose odd powers are 0.
+    shifted = np.zeros((SERIES_NODES, SERIES_NODES))
+    for s in range(SERIES_NODES):
+        shifted[s, : s + 1] = np.polynomial.chebyshev.cheb2poly([0.0] * 2 * s + [1.0])[::2]
+    series: F64 = np.einsum("hks,sp->hkp", terms, shifted[:, : POWERS + 1] / until ** np.arange(POWERS + 1))
     return series
-
-
-@functools.lru_cache(maxsize=64)
-def _shifted(until: float) -> F64:
-    """Return the monomial coefficients (SERIES_NODES, POWERS + 1) of Chebyshev polynomials on 0 … until."""
-    before, now = np.zeros(SERIES_NODES), np.zeros(SERIES_NODES)
-    before[0], now[0], now[1] = 1.0, -1.0, 2.0
-    found = [before, now]
-    for _ in range(SERIES_NODES - 2):
-        later = -2.0 * found[-1] - found[-2]
-        later[1:] += 4.0 * found[-1][:-1]
-        found.append(later)
-    powers: F64 = np.stack(found)[:, : POWERS + 1] / until ** np.arange(POWERS + 1)
-    return powers
-
-
-def phases_of(allowed: float, most: int) -> tuple[F64, F64]:
-    """Return Gauss rules (most + 1, 2, most) of 0, 1, 2 … nodes, and the largest phase (most,) that each resolves."""
-    rules = np.zeros((most + 1, 2, most))
-    for order in range(1, most + 1):
-        rules[order, :, :order] = gauss_legendre(order)
-    return rules, gauss_phases(allowed, most)
 
 
 def smooth_energy(system: OpticalSystem, pitch_um: float, nm: float, r: F64) -> F64:

@@ -8,7 +8,7 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel
-from camsim.numerics.quadrature import gauss_legendre
+from camsim.numerics.quadrature import gauss_rules
 
 NEXT_TO = 1e-9  # of a cell: an outline this near to a side may be on it
 ASKED_AT = 0.3137  # coordinate in a cell at which visibility is tested: unlike its centre, no side of a field is there
@@ -47,13 +47,11 @@ def cut_nodes(start: F64, end: F64, col: int, row: int, order: int) -> F64:
     order : nodes of a rule along a side
     """
     most = order + MORE
-    rules = np.zeros((most + 1, 2, most))
-    for count in range(1, most + 1):
-        rules[count, :, :count] = gauss_legendre(count)
+    nodes, weights, _ = gauss_rules(tuple(range(1, most + 1)))
     room = 8 * most * most
     while True:
         out = np.empty((room, 3))
-        count = _cut_nodes(start, end, float(col), float(row), order, rules, out)
+        count = _cut_nodes(start, end, float(col), float(row), order, nodes, weights, out)
         if count <= room:
             return out[:count]
         room = count
@@ -70,7 +68,7 @@ def _line(s: int, y: float, start: F64, end: F64, col: float, row: float) -> flo
 
 
 @kernel(allocates=True)
-def _cut_nodes(start: F64, end: F64, col: float, row: float, order: int, rules: F64, out: F64) -> int:
+def _cut_nodes(start: F64, end: F64, col: float, row: float, order: int, nodes: F64, weights: F64, out: F64) -> int:
     """Write nodes up to the array's size; return the number of all nodes.
 
     Between the heights where an outline begins, ends or meets a side, the crossings have a fixed order; the sections
@@ -129,19 +127,17 @@ def _cut_nodes(start: F64, end: F64, col: float, row: float, order: int, rules: 
                 wide = max(r0 - l0, r1 - l1)
                 if wide > FLAT:
                     slide = max(abs(l1 - l0), abs(r1 - r0))
-                    down = _count(order, math.hypot(y1 - y0, slide))
-                    across = _count(order, wide)
-                    for i in range(down):
-                        y = 0.5 * (y0 + y1) + 0.5 * (y1 - y0) * rules[down, 0, i]
+                    rows, cols = _count(order, math.hypot(y1 - y0, slide)), _count(order, wide)
+                    for i in range(rows):
+                        y = 0.5 * (y0 + y1) + 0.5 * (y1 - y0) * nodes[rows - 1, i]
                         share = (y - y0) / (y1 - y0)
                         low, high = l0 + share * (l1 - l0), r0 + share * (r1 - r0)
-                        for j in range(across):
+                        size = 0.25 * (y1 - y0) * weights[rows - 1, i] * (high - low)
+                        for j in range(cols):
                             if written < len(out):
-                                out[written, 0] = 0.5 * (low + high) + 0.5 * (high - low) * rules[across, 0, j]
+                                out[written, 0] = 0.5 * (low + high) + 0.5 * (high - low) * nodes[cols - 1, j]
                                 out[written, 1] = y
-                                out[written, 2] = (
-                                    0.25 * (y1 - y0) * rules[down, 1, i] * (high - low) * rules[across, 1, j]
-                                )
+                                out[written, 2] = size * weights[cols - 1, j]
                             written += 1
             inside = not inside
             left = right
