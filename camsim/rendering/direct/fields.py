@@ -7,11 +7,12 @@ rules, where a cell lies between a picture's knots; a cell that an outline cuts 
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import scipy
@@ -58,7 +59,7 @@ class Seen:
 
     shape    : rows and columns of cells;  corner: corner of the first cell;  ways: (2, 2) vectors along its two sides
     cut      : outlines (start, end) of the visible part, in cells; None: all is visible
-    values   : function of places (n, 2) in cells, with the row and column (n, 2) of each; returns (planes, n)
+    values   : function of places (n, 2) in cells that returns (planes, n)
     coefficients : (planes, rows, cols) of a picture's splines: cell (r, c) uses those from (r, c) on
     degree   : degree of these splines
     cycles   : largest number of a gradient's cycles per cell
@@ -68,7 +69,7 @@ class Seen:
     corner: F64
     ways: F64
     cut: tuple[F64, F64] | None
-    values: Callable[[F64, I64], F64]
+    values: Callable[[F64], F64]
     coefficients: F64 | None = None
     degree: int = 0
     cycles: float = 0.0
@@ -126,7 +127,7 @@ class Seen:
         for k, part in parts.items():
             t[begin[k] : begin[k + 1]], weights[begin[k] : begin[k + 1]] = part[:, :2], part[:, 2]
         places = t + item[:, ::-1]
-        light = self.values(places, item) * (weights * self.step**2)
+        light = self.values(places) * (weights * self.step**2)
         return begin, self.corner + places @ self.ways, np.ascontiguousarray(light.T)
 
 
@@ -241,7 +242,7 @@ class Fields:
         place = functools.partial(Seen, shape=(rows, cols), corner=corner, ways=side * axes, cut=cut)
         if isinstance(shape, Gradient):
 
-            def of_gradient(places: F64, item: I64) -> F64:
+            def of_gradient(places: F64) -> F64:
                 x, y = (places - 0.5 * np.array([cols, rows])).T * (side * self.pitch_um)
                 return shape.planes_at(x, y)
 
@@ -324,10 +325,8 @@ class Fields:
             others = ~whole
             if whole.all():
                 return
-            seen = Seen(
-                shape=seen.shape, corner=seen.corner, ways=seen.ways, cut=seen.cut, coefficients=seen.coefficients,
-                values=functools.partial(_splines, seen.coefficients * others, seen.degree), degree=seen.degree,
-            )  # fmt: skip
+            values = functools.partial(_splines, seen.coefficients * others, seen.degree)
+            seen = dataclasses.replace(seen, values=values)
         cells = seen.cells(others)
         if not len(cells):
             return
@@ -374,25 +373,8 @@ def _coefficients(planes: F64, degree: int) -> F64:
     return np.ascontiguousarray(np.pad(planes, ((0, 0), (more, more), (more, more)), mode="symmetric"))
 
 
-def _splines(coefficients: F64, degree: int, places: F64, item: I64) -> F64:
-    """Return the spline's values (planes, n) at places (n, 2) in cells, each within the cell ``item`` (n, 2)."""
-    total = np.zeros((len(coefficients), len(places)))
-    across, down = (_weights(degree, places[:, axis] - item[:, 1 - axis]) for axis in (0, 1))
-    for i in range(degree + 1):
-        for j in range(degree + 1):
-            total += coefficients[:, item[:, 0] + i, item[:, 1] + j] * (down[:, i] * across[:, j])
-    return total
-
-
-def _weights(degree: int, t: F64) -> F64:
-    """Return the B-spline weights (n, degree + 1) by the Cox–de Boor recursion on integer knots."""
-    weights = np.ones((t.size, 1))
-    for d in range(1, degree + 1):
-        wider = np.zeros((t.size, d + 1))
-        for k in range(d):
-            # The support of spline k of degree d − 1 begins d − 1 − k knots before this patch.
-            since = t + (d - 1 - k)
-            wider[:, k + 1] += weights[:, k] * since / d
-            wider[:, k] += weights[:, k] * (d - since) / d
-        weights = wider
-    return weights
+def _splines(coefficients: F64, degree: int, places: F64) -> F64:
+    """Return the values (planes, n) of splines, with coefficients as in ``Seen``, at places (n, 2) in cells."""
+    how: dict[str, Any] = {"order": degree, "prefilter": False, "mode": "nearest"}
+    at = places.T[::-1] + 0.5 * (degree - 1.0)
+    return np.stack([scipy.ndimage.map_coordinates(plane, at, **how) for plane in coefficients])
