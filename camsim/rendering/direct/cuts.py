@@ -70,6 +70,16 @@ def _pairs(by_x: Sorted, found: I64, one: I64, two: I64) -> int:
     return total
 
 
+@kernel(forceinline=True)
+def place_at(o: Outlines, e: int, t: float) -> tuple[float, float, float, float]:
+    """Return the place on a part at a fraction t of it, and the derivative there with respect to t."""
+    if o.turn_rad[e] == 0.0:
+        return o.x[e] + t * o.dx[e], o.y[e] + t * o.dy[e], o.dx[e], o.dy[e]
+    angle = o.from_rad[e] + t * o.turn_rad[e]
+    x, y = o.dx[e] * math.cos(angle), o.dx[e] * math.sin(angle)
+    return o.x[e] + x, o.y[e] + y, -o.turn_rad[e] * y, o.turn_rad[e] * x
+
+
 @kernel()
 def share_of(o: Outlines, e: int, x: float, y: float, slack: float) -> float:
     """Return the foot of the perpendicular from a place to a part, as a fraction of the part's length.
@@ -146,10 +156,10 @@ def _both(o: Outlines, e: int, f: int, x: float, y: float, room: float, same: fl
     for _ in range(STEPS):
         off_e, ex, ey = _out_of(o, e, x, y)
         off_f, fx, fy = _out_of(o, f, x, y)
-        across = ex * fy - ey * fx
-        if across == 0.0:
+        cross = ex * fy - ey * fx
+        if cross == 0.0:
             break
-        step_x, step_y = (fy * off_e - ey * off_f) / across, (ex * off_f - fx * off_e) / across
+        step_x, step_y = (fy * off_e - ey * off_f) / cross, (ex * off_f - fx * off_e) / cross
         if math.hypot(step_x, step_y) > room:
             break
         x, y = x - step_x, y - step_y
@@ -203,12 +213,9 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
                     y = o.y[a] + way * (along * py + side * px) / gap
                     count = _both(o, e, f, x, y, room, same, out, count)
     # End points of the other part: parts that overlap along their length do not cross.
-    if o.turn_rad[f] == 0.0:
-        count = _add(o, e, o.x[f], o.y[f], same, out, count)
-        count = _add(o, e, o.x[f] + o.dx[f], o.y[f] + o.dy[f], same, out, count)
-    elif abs(o.turn_rad[f]) < math.tau * (1.0 - 1e-15):
-        for angle in (o.from_rad[f], o.from_rad[f] + o.turn_rad[f]):
-            x, y = o.x[f] + o.dx[f] * math.cos(angle), o.y[f] + o.dx[f] * math.sin(angle)
+    if abs(o.turn_rad[f]) < math.tau * (1.0 - 1e-15):
+        for t in (0.0, 1.0):
+            x, y, _, _ = place_at(o, f, t)
             count = _add(o, e, x, y, same, out, count)
     return count
 

@@ -22,10 +22,10 @@ from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.cut_cells import cell_states, cut_nodes
 from camsim.numerics.quadrature import GOLDEN, gauss_legendre, gauss_order
-from camsim.rendering.direct.painter import Rows, covered
+from camsim.rendering.direct.painter import covered
 from camsim.rendering.direct.photosites import over_nodes, over_samples
 from camsim.rendering.direct.records import Table
-from camsim.rendering.direct.scenery import boxes_about, boxes_of, outlines_of, pieces_of, same_of
+from camsim.rendering.direct.scenery import pieces_of, shapes_of
 from camsim.rendering.direct.spread import Spline
 from camsim.rendering.grid import Grid
 from camsim.scene import Picture, PointSource, Scene, flattened
@@ -154,17 +154,11 @@ class Fields:
         points = [(k, one) for k, one in enumerate(self.scene.shapes) if isinstance(one, PointSource)]
         if not points:
             return []
-        scene = self.scene.framed(0.5)
-        begins = np.cumsum([0, *(len(flattened([shape])) for shape in scene.shapes)])
-        outlines, owners, primitives = outlines_of(scene, self.pitch_um, self._fine)
-        if not primitives or not len(outlines.x):
-            return [one for _, one in points]
-        boxes = boxes_of(outlines)
-        rows = Rows.of(owners, boxes, same_of(outlines, boxes))
+        shapes, _, _ = shapes_of(self.scene.framed(0.5), self.pitch_um, self._fine)
+        begins = np.cumsum([0, *(len(flattened([shape])) for shape in self.scene.framed(0.5).shapes)])
         at = np.array([one.centre_um for _, one in points]) / self.pitch_um
-        after = begins[np.array([k for k, _ in points])]
         hidden = np.zeros(len(points), bool)
-        covered(outlines, rows, owners, boxes_about(boxes, owners), at, after, hidden)
+        covered(shapes, at, begins[np.array([k for k, _ in points])], hidden)
         return [one for (_, one), never in zip(points, hidden.tolist(), strict=True) if not never]
 
     @property

@@ -9,12 +9,12 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel, shared
-from camsim.rendering.direct.cuts import lies_on
+from camsim.rendering.direct.cuts import lies_on, place_at
 from camsim.rendering.direct.records import Outlines, Owners
 
-# In units of the distance below which places coincide. The visible shapes are sampled at BESIDE on either side of a
-# part. Parts within ALONG of it count as coincident: one represents all, and the samples are taken at BEYOND.
-BESIDE, ALONG, BEYOND = 4.0, 6.0, 9.0
+# In units of the distance below which places coincide. The visible shapes are sampled at OFFSET on either side of a
+# part. Parts within COINCIDENT of it count as coincident: one represents all, and the samples are taken at WIDE_OFFSET.
+OFFSET, COINCIDENT, WIDE_OFFSET = 4.0, 6.0, 9.0
 PIECES_AT_ONCE = 64  # fewer are not worth a thread
 
 
@@ -33,12 +33,26 @@ class Rows(NamedTuple):
     def of(cls, owners: Owners, boxes: F64, same: F64) -> Rows:
         """Sort parts; boxes: (n, 4) of each part; same: (n,) distance below which places coincide."""
         fill = np.repeat(np.arange(len(owners.part) - 1), np.diff(owners.part))
-        low, high = boxes[:, 1] - 2.0 * BEYOND * same, boxes[:, 3] + 2.0 * BEYOND * same
+        low, high = boxes[:, 1] - 2.0 * WIDE_OFFSET * same, boxes[:, 3] + 2.0 * WIDE_OFFSET * same
         part = np.lexsort((low, fill))
         highest = high[part]
         for one in np.split(highest, owners.part[1:-1]):
             np.maximum.accumulate(one, out=one)
         return cls(part, low[part], highest)
+
+
+class Shapes(NamedTuple):
+    """All shapes of a scene in painter's order, pitches.
+
+    same  : (parts,) distance below which places coincide
+    boxes : (primitives, 4) bounds of the region that each covers: low x, low y, high x, high y
+    """
+
+    parts: Outlines
+    owners: Owners
+    rows: Rows
+    same: F64
+    boxes: F64
 
 
 @kernel()
@@ -54,14 +68,14 @@ def _after(rows: Rows, begin: int, end: int, y: float) -> int:
 
 
 @kernel()
-def _winds(o: Outlines, rows: Rows, owners: Owners, fill: int, x: float, y: float) -> int:
+def _winds(s: Shapes, fill: int, x: float, y: float) -> int:
     """Return the winding number of a fill's outlines about a place."""
-    turns, begin = 0, owners.part[fill]
-    for k in range(_after(rows, begin, owners.part[fill + 1], y) - 1, begin - 1, -1):
-        if rows.highest[k] < y:
+    o, winding, begin = s.parts, 0, s.owners.part[fill]
+    for k in range(_after(s.rows, begin, s.owners.part[fill + 1], y) - 1, begin - 1, -1):
+        if s.rows.highest[k] < y:
             break
-        f = rows.part[k]
-        x0, y0, x1, y1 = owners.ends[f]
+        f = s.rows.part[k]
+        x0, y0, x1, y1 = s.owners.ends[f]
         side = (x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)
         if o.turn_rad[f] != 0.0 and math.hypot(x - o.x[f], y - o.y[f]) < o.dx[f]:
             whole = abs(o.turn_rad[f]) >= math.tau * (1.0 - 1e-15)
@@ -69,26 +83,26 @@ def _winds(o: Outlines, rows: Rows, owners: Owners, fill: int, x: float, y: floa
             # left; a level chord counts as if the place were above it.
             right = side < 0.0 or (side == 0.0 and (y1 > y0 or (y1 == y0 and x1 < x0)))
             if whole or right == (o.turn_rad[f] > 0.0):
-                turns += 1 if o.turn_rad[f] > 0.0 else -1
+                winding += 1 if o.turn_rad[f] > 0.0 else -1
             if whole:
                 continue
         above, below = y0 <= y, y1 <= y
         if above != below:
             if above and side > 0.0:
-                turns += 1
+                winding += 1
             elif below and side < 0.0:
-                turns -= 1
-    return turns
+                winding -= 1
+    return winding
 
 
 @kernel()
-def _covers(o: Outlines, rows: Rows, owners: Owners, primitive: int, x: float, y: float) -> bool:
+def _covers(s: Shapes, primitive: int, x: float, y: float) -> bool:
     """Return whether a primitive covers a place, which takes at least one fill of every layer."""
-    for layer in range(owners.layer[primitive], owners.layer[primitive + 1]):
+    for layer in range(s.owners.layer[primitive], s.owners.layer[primitive + 1]):
         filled = False
-        for fill in range(owners.fill[layer], owners.fill[layer + 1]):
-            turns = _winds(o, rows, owners, fill, x, y)
-            if turns % 2 == 1 if owners.even_odd[fill] else turns != 0:
+        for fill in range(s.owners.fill[layer], s.owners.fill[layer + 1]):
+            winding = _winds(s, fill, x, y)
+            if winding % 2 == 1 if s.owners.even_odd[fill] else winding != 0:
                 filled = True
                 break
         if not filled:
@@ -100,12 +114,10 @@ class Near(NamedTuple):
     """Neighbours of each primitive in painter's order, itself included.
 
     begin, other : first entry of each primitive in ``other``, and the indices of the neighbours
-    boxes        : (primitives, 4) bounding boxes
     """
 
     begin: I64
     other: I64
-    boxes: F64
 
 
 @kernel(forceinline=True)
@@ -116,34 +128,27 @@ def _within(box: F64, x: float, y: float, same: float) -> bool:
 
 
 @kernel()
-def _seen(o: Outlines, rows: Rows, owners: Owners, near: Near, own: int, x: float, y: float) -> int:
-    """Return the last primitive near ``own`` that covers a place, or −1."""
-    for k in range(near.begin[own + 1] - 1, near.begin[own] - 1, -1):
+def _visible(s: Shapes, near: Near, primitive: int, x: float, y: float) -> int:
+    """Return the last neighbour of a primitive that covers a place, or −1."""
+    for k in range(near.begin[primitive + 1] - 1, near.begin[primitive] - 1, -1):
         j = near.other[k]
-        if _within(near.boxes[j], x, y, 0.0) and _covers(o, rows, owners, j, x, y):
+        if _within(s.boxes[j], x, y, 0.0) and _covers(s, j, x, y):
             return int(j)
     return -1
 
 
 @kernel()
-def _clipped(o: Outlines, rows: Rows, owners: Owners, j: int, place: tuple[float, float, float, float, float]) -> bool:
+def _clipped(s: Shapes, primitive: int, place: tuple[float, float, float, float, float]) -> bool:
     """Return whether a clip removes a primitive on both sides of a place on its outline."""
     x, y, _, to_x, to_y = place
-    if owners.layer[j + 1] - owners.layer[j] < 2 or _covers(o, rows, owners, j, x + to_x, y + to_y):
+    if s.owners.layer[primitive + 1] - s.owners.layer[primitive] < 2 or _covers(s, primitive, x + to_x, y + to_y):
         return False
-    return not _covers(o, rows, owners, j, x - to_x, y - to_y)
+    return not _covers(s, primitive, x - to_x, y - to_y)
 
 
 @kernel()
 def _others(
-    o: Outlines,
-    rows: Rows,
-    owners: Owners,
-    near: Near,
-    own: int,
-    e: int,
-    place: tuple[float, float, float, float, float],
-    same: F64,
+    s: Shapes, near: Near, primitive: int, e: int, place: tuple[float, float, float, float, float]
 ) -> tuple[int, bool, float]:
     """Return the number of other parts that coincide with part ``e`` at a place, whether to skip ``e``, and a distance.
 
@@ -151,46 +156,42 @@ def _others(
     that below which places coincide, for the coarsest of these parts.
 
     place : x, y, largest distance of coincident parts, and the vector to a place beyond them
-    same  : distance below which places coincide, of each part
     """
     x, y, most = place[:3]
-    if not _within(near.boxes[own], x, y, most) or _clipped(o, rows, owners, own, place):
-        return 0, True, same[e]
-    count, earlier, coarsest = 0, False, same[e]
-    for k in range(near.begin[own], near.begin[own + 1]):
+    if not _within(s.boxes[primitive], x, y, most) or _clipped(s, primitive, place):
+        return 0, True, s.same[e]
+    count, earlier, coarsest = 0, False, s.same[e]
+    for k in range(near.begin[primitive], near.begin[primitive + 1]):
         j = near.other[k]
-        if not _within(near.boxes[j], x, y, most):
+        if not _within(s.boxes[j], x, y, most):
             continue
         here, before = 0, False
-        for fill in range(owners.fill[owners.layer[j]], owners.fill[owners.layer[j + 1]]):
-            begin = owners.part[fill]
-            for p in range(_after(rows, begin, owners.part[fill + 1], y) - 1, begin - 1, -1):
-                if rows.highest[p] < y:
+        for fill in range(s.owners.fill[s.owners.layer[j]], s.owners.fill[s.owners.layer[j + 1]]):
+            begin = s.owners.part[fill]
+            for p in range(_after(s.rows, begin, s.owners.part[fill + 1], y) - 1, begin - 1, -1):
+                if s.rows.highest[p] < y:
                     break
-                f = rows.part[p]
-                if f != e and lies_on(o, f, x, y, ALONG * max(same[e], same[f])):
+                f = s.rows.part[p]
+                if f != e and lies_on(s.parts, f, x, y, COINCIDENT * max(s.same[e], s.same[f])):
                     here += 1
                     before |= f < e
-                    coarsest = max(coarsest, same[f])
-        if here > 0 and (j == own or not _clipped(o, rows, owners, j, place)):
+                    coarsest = max(coarsest, s.same[f])
+        if here > 0 and (j == primitive or not _clipped(s, j, place)):
             count += here
             earlier |= before
     return count, earlier, coarsest
 
 
-def sides_of(
-    o: Outlines, rows: Rows, owners: Owners, near: Near, piece: tuple[I64, F64, F64], whose: I64, of: I64, same: F64
-) -> tuple[I64, I64]:
+def sides_of(s: Shapes, near: Near, piece: tuple[I64, F64, F64], of: I64) -> tuple[I64, I64]:
     """Return the spectra to the left and right of every piece; equal where another piece represents it.
 
-    piece : part (n,), start and end (n,);  whose, same: each part's primitive and distance below which places coincide
-    of    : (primitives,) spectrum of each
+    piece : part (n,), start and end (n,);  of: (primitives,) spectrum of each
     """
     left, right = np.zeros((2, len(piece[0])), np.int64)
-    most = float(same.max(initial=0.0))
+    whose, most = s.owners.primitive, float(s.same.max(initial=0.0))
 
     def work(begin: int, end: int) -> None:
-        _sides_of(begin, end, o, rows, owners, near, piece, (whose, of, same, most), (left, right))
+        _sides_of(begin, end, s, near, piece, (whose, of, most), (left, right))
 
     shared(len(left), work, least=PIECES_AT_ONCE)
     return left, right
@@ -200,43 +201,32 @@ def sides_of(
 def _sides_of(
     begin: int,
     end: int,
-    o: Outlines,
-    rows: Rows,
-    owners: Owners,
+    s: Shapes,
     near: Near,
     piece: tuple[I64, F64, F64],
-    parts: tuple[I64, I64, F64, float],
+    parts: tuple[I64, I64, float],
     sides: tuple[I64, I64],
 ) -> None:
-    """Find the spectra of pieces begin … end; parts: whose, of, same, and the largest of ``same``."""
-    (owner, low, high), (whose, of, same, most), (left, right) = piece, parts, sides
+    """Find the spectra of pieces begin … end; parts: primitive of each, spectra of these, and the largest ``same``."""
+    (owner, low, high), (whose, of, most), (left, right) = piece, parts, sides
     for p in range(begin, end):
         e = owner[p]
-        fewest = 1 << 60
+        same, fewest = s.same[e], 1 << 60
         # Try several places: another outline may touch the piece at one, whereas a coincident one is found at all.
         for part in (0.5, 0.382, 0.7):
-            t = low[p] + part * (high[p] - low[p])
-            if o.turn_rad[e] == 0.0:
-                x, y = o.x[e] + t * o.dx[e], o.y[e] + t * o.dy[e]
-                length = math.hypot(o.dx[e], o.dy[e])
-                tx, ty = o.dx[e] / length, o.dy[e] / length
-            else:
-                angle = o.from_rad[e] + t * o.turn_rad[e]
-                way = 1.0 if o.turn_rad[e] > 0.0 else -1.0
-                x, y = o.x[e] + o.dx[e] * math.cos(angle), o.y[e] + o.dx[e] * math.sin(angle)
-                tx, ty = -way * math.sin(angle), way * math.cos(angle)
-            to_x, to_y = -BEYOND * same[e] * ty, BEYOND * same[e] * tx
-            place = x, y, ALONG * most, to_x, to_y
-            count, earlier, coarsest = _others(o, rows, owners, near, whose[e], e, place, same)
+            x, y, dx, dy = place_at(s.parts, e, low[p] + part * (high[p] - low[p]))
+            length = math.hypot(dx, dy)
+            nx, ny = -dy / length, dx / length
+            place = x, y, COINCIDENT * most, WIDE_OFFSET * same * nx, WIDE_OFFSET * same * ny
+            count, earlier, coarsest = _others(s, near, whose[e], e, place)
             if count >= fewest:
                 continue
             fewest = count
             left[p] = right[p] = 0
-            beside = BEYOND * coarsest if count else BESIDE * same[e]
-            to_x, to_y = -beside * ty, beside * tx
+            offset = WIDE_OFFSET * coarsest if count else OFFSET * same
             if not earlier:
-                one = _seen(o, rows, owners, near, whose[e], x + to_x, y + to_y)
-                two = _seen(o, rows, owners, near, whose[e], x - to_x, y - to_y)
+                one = _visible(s, near, whose[e], x + offset * nx, y + offset * ny)
+                two = _visible(s, near, whose[e], x - offset * nx, y - offset * ny)
                 left[p] = of[one] if one >= 0 else 0
                 right[p] = of[two] if two >= 0 else 0
             if count == 0:
@@ -244,10 +234,10 @@ def _sides_of(
 
 
 @kernel()
-def covered(o: Outlines, rows: Rows, owners: Owners, boxes: F64, at: F64, after: I64, found: np.ndarray) -> None:
-    """Mark the places (n, 2) that primitives from number ``after`` (n,) on cover; boxes: of the primitives."""
+def covered(s: Shapes, at: F64, after: I64, found: np.ndarray) -> None:
+    """Mark the places (n, 2) that primitives from number ``after`` (n,) on cover."""
     for k in range(len(at)):
-        for j in range(after[k], len(boxes)):
-            if _within(boxes[j], at[k, 0], at[k, 1], 0.0) and _covers(o, rows, owners, j, at[k, 0], at[k, 1]):
+        for j in range(after[k], len(s.boxes)):
+            if _within(s.boxes[j], at[k, 0], at[k, 1], 0.0) and _covers(s, j, at[k, 0], at[k, 1]):
                 found[k] = True
                 break

@@ -8,6 +8,7 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel
+from camsim.rendering.direct.cuts import place_at
 from camsim.rendering.direct.records import POWERS, Outlines, Table
 
 FAR_LENGTH, FAR_NODES = 0.5, 4  # the longest far panel, over its distance, and its nodes
@@ -107,16 +108,6 @@ def _ends(t: Table, x: float, y: float, x1: float, y1: float, out: F64) -> None:
         c1, s1 = c1 * step_c1 - s1 * step_s1, c1 * step_s1 + s1 * step_c1
 
 
-@kernel(forceinline=True)
-def _at(o: Outlines, e: int, t: float) -> tuple[float, float, float, float]:
-    """Return the place on a part at a fraction t of it, and the derivative there with respect to t."""
-    if o.turn_rad[e] == 0.0:
-        return o.x[e] + t * o.dx[e], o.y[e] + t * o.dy[e], o.dx[e], o.dy[e]
-    angle = o.from_rad[e] + t * o.turn_rad[e]
-    x, y = o.dx[e] * math.cos(angle), o.dx[e] * math.sin(angle)
-    return o.x[e] + x, o.y[e] + y, -o.turn_rad[e] * y, o.turn_rad[e] * x
-
-
 @kernel(allocates=True)
 def along_outlines(
     points: F64,
@@ -149,7 +140,7 @@ def along_outlines(
                 depth -= 1
                 t0, t1 = stack[depth, 0], stack[depth, 1]
                 long = (t1 - t0) * length[e]
-                x, y, _, _ = _at(o, e, 0.5 * (t0 + t1))
+                x, y, _, _ = place_at(o, e, 0.5 * (t0 + t1))
                 nearest = math.hypot(x - px, y - py) - 0.5 * long
                 is_far = nearest >= t.until
                 too_long = long > (FAR_LENGTH * nearest if is_far else longest) or turn * (t1 - t0) > MOST_TURN
@@ -161,8 +152,8 @@ def along_outlines(
                     continue
                 if is_far:
                     order = FAR_NODES
-                    x0, y0, _, _ = _at(o, e, t0)
-                    x1, y1, _, _ = _at(o, e, t1)
+                    x0, y0, _, _ = place_at(o, e, t0)
+                    x1, y1, _, _ = place_at(o, e, t1)
                     r, r1 = math.hypot(x0 - px, y0 - py), math.hypot(x1 - px, y1 - py)
                     _ends(t, (x0 - px) / r, (y0 - py) / r, (x1 - px) / r1, (y1 - py) / r1, seen)
                     for q in range(t.kinds):
@@ -173,7 +164,7 @@ def along_outlines(
                         order += 1
                 share = t1 - t0
                 for k in range(order):
-                    x, y, dx, dy = _at(o, e, 0.5 * (t0 + t1) + 0.5 * share * nodes[order - 1, k])
+                    x, y, dx, dy = place_at(o, e, 0.5 * (t0 + t1) + 0.5 * share * nodes[order - 1, k])
                     x, y = x - px, y - py
                     r = math.hypot(x, y)
                     cross = x * dy - y * dx

@@ -40,7 +40,9 @@ def hardest_photosites(outlines: Outlines, more: F64, grid: Grid, marks: Marks, 
     first, size = np.array(grid.first_centre), np.array([grid.cols, grid.rows])
     borders = first + np.array([(col, row) for row, col, _, _ in tiles((grid.rows, grid.cols))][1:]).reshape(-1, 2)
     more = np.concatenate([more, borders])
-    ends, middles = _ends(outlines), (_middles(outlines, grid), _leaving(outlines, grid))
+    # The end of a part; of an arc a place at most a third of a turn away.
+    ends = outlines.at(0.0), outlines.at(np.minimum(1.0, math.tau / 3.0 / np.maximum(outlines.turn_rad, 1e-9)))
+    middles = _middles(outlines, grid), _leaving(outlines, grid)
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):
         if len(spots) >= count:
@@ -62,34 +64,15 @@ def _middles(o: Outlines, grid: Grid) -> F64:
     """Return the centres (n, 2) of round parts in a frame, where ringing adds up, by decreasing total angle."""
     bent = o.some(np.flatnonzero(o.turn_rad != 0.0))
     found, index = kinds_of(np.round(bent.x + 1j * bent.y, 9))
-    turns = np.bincount(index, np.abs(bent.turn_rad), found.size)
+    turn_rad = np.bincount(index, np.abs(bent.turn_rad), found.size)
     places = found.view(np.float64).reshape(-1, 2)
     low = np.array(grid.first_centre) - 0.5
     seen = np.all((places >= low) & (places <= low + np.array([grid.cols, grid.rows])), axis=1)
-    best: F64 = places[seen][np.argsort(-turns[seen], kind="stable")]
+    best: F64 = places[seen][np.argsort(-turn_rad[seen], kind="stable")]
     return best
 
 
-def _ends(o: Outlines) -> tuple[F64, F64]:
-    """Return first and last points (n, 2) of every part; on an arc the last is at most a third of a turn away."""
-    straight = o.turn_rad == 0.0
-    last_rad = o.from_rad + np.minimum(o.turn_rad, math.tau / 3.0)
-    start = np.array(
-        [
-            o.x + np.where(straight, 0.0, o.dx * np.cos(o.from_rad)),
-            o.y + np.where(straight, 0.0, o.dx * np.sin(o.from_rad)),
-        ]
-    )
-    end = np.array(
-        [
-            o.x + np.where(straight, o.dx, o.dx * np.cos(last_rad)),
-            o.y + np.where(straight, o.dy, o.dx * np.sin(last_rad)),
-        ]
-    )
-    return start.T, end.T
-
-
-def _across(along: F64) -> F64:
+def _normal(along: F64) -> F64:
     """Return the unit vector to the left of a vector; an arbitrary one for zero, as of an arc shorter than rounding."""
     length = float(np.hypot(*along))
     return np.array([-along[1], along[0]]) / length if length else np.array([0.0, 1.0])
@@ -121,7 +104,7 @@ def _hard_points(ends: tuple[F64, F64], middles: tuple[F64, F64], marks: Marks, 
     """
     part = _part(turn, len(ends[0]))
     a, b = ends[0][part], ends[1][part]
-    across = _across(b - a) * (1.0 if turn % 2 else -1.0)
+    normal = _normal(b - a) * (1.0 if turn % 2 else -1.0)
     x0, y0 = grid.first_centre
     fraction = (turn * GOLDEN) % 1.0
     width, height = grid.cols - 1, grid.rows - 1
@@ -133,10 +116,10 @@ def _hard_points(ends: tuple[F64, F64], middles: tuple[F64, F64], marks: Marks, 
         one = some[(turn + 1) % len(some)]
         fourth = one[turn // 4 % len(one)]
     distance = (0.97 * marks.reach, 0.3, 1.03 * marks.reach, 0.5 * marks.reach)[turn % 4]
-    beside = a + (0.45 + 0.09 * (turn % 5)) * (b - a) + distance * across
+    near_middle = a + (0.45 + 0.09 * (turn % 5)) * (b - a) + distance * normal
     # Beyond the near radius wherever photosites lie; later turns reach the cutoff radius of the end.
     off = math.ceil(1.02 * marks.near) + fraction * max(0.0, 1.1 * marks.quiet - marks.near)
-    return np.array([a, a + off * across, beside, fourth])
+    return np.array([a, a + off * normal, near_middle, fourth])
 
 
 def _part(turn: int, parts: int) -> int:

@@ -29,6 +29,13 @@ class Outlines(NamedTuple):
         """Return the parts that ``which`` selects."""
         return Outlines(*(column[which] for column in self))
 
+    def at(self, t: F64 | float) -> F64:
+        """Return a place (n, 2) on each part, at a fraction t of it."""
+        straight, angle = self.turn_rad == 0.0, self.from_rad + t * self.turn_rad
+        x = self.x + np.where(straight, t * self.dx, self.dx * np.cos(angle))
+        y = self.y + np.where(straight, t * self.dy, self.dx * np.sin(angle))
+        return np.stack([x, y], axis=1)
+
     @property
     def length(self) -> F64:
         """Length of each part (n,)."""
