@@ -13,11 +13,11 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64, U8
 from camsim.core.cached import cached_property
-from camsim.numerics.quadrature import GOLDEN
 from camsim.optics.of_pupil import OfPupil
+from camsim.rendering.direct.places import hardest_photosites
+from camsim.rendering.direct.records import Outlines
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Plan
 from camsim.rendering.fields.job import FieldJob
-from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
 from camsim.rendering.waves.image import FrequencyImage
 from camsim.rendering.waves.plan import Waves, WavesPlan
@@ -87,7 +87,10 @@ class FourierCheck:
         """Return rows and columns of the photosites to check."""
         if self._nothing:
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
-        return hardest_of(self.job, self._count)
+        edges, none = self.job.edges, np.zeros(len(self.job.edges))
+        (x, y), (dx, dy) = edges.start.T, (edges.end - edges.start).T
+        outlines = Outlines(x, y, dx, dy, none, none)
+        return hardest_photosites(outlines, np.empty((0, 2)), self.job.grid, plan.marks, count=self._count)
 
     @property
     def _count(self) -> int:
@@ -113,23 +116,3 @@ class FourierCheck:
         found = self._image.at(grid.first_centre, (grid.rows, grid.cols), rows, cols)
         values += np.take_along_axis(found, sets.reshape(-1, rows.size), axis=0).reshape(sets.shape)
         return values
-
-
-def hardest_of(job: Job, count: int) -> tuple[I64, I64]:
-    """Return rows and columns of photosites at corners, at and near edges, and at quasi-random places."""
-    grid: Grid = job.grid
-    x0, y0 = grid.first_centre
-    places = []
-    for turn in range(count):
-        part = (turn * GOLDEN) % 1.0
-        if len(job.edges) and turn % 4 != 3:
-            edge = int(part * len(job.edges))
-            start, along = job.edges.start[edge], job.edges.end[edge] - job.edges.start[edge]
-            places.append(start + (0.5 if turn % 4 == 1 else 0.0) * along + (3.0 if turn % 4 == 2 else 0.0))
-        else:
-            places.append(np.array([x0 + part * (grid.cols - 1), y0 + (37.0 * part) % 1.0 * (grid.rows - 1)]))
-    col, row = np.round(np.array(places) - np.array([x0, y0])).T
-    rows = np.clip(row, 0, grid.rows - 1).astype(np.int64)
-    cols = np.clip(col, 0, grid.cols - 1).astype(np.int64)
-    one = np.unique(np.stack([rows, cols], axis=1), axis=0)
-    return one[:, 0], one[:, 1]

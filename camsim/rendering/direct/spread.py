@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -74,9 +75,9 @@ def tabled(
     """
     few, mixture = _few(density, ROUNDING)
     light = tuple(wavelength_nm.tolist()), tuple(map(tuple, density[few].tolist()))
+    made: Callable[..., tuple[Table, F64]] = _made
     try:
         hash(system)
-        made = _made
     except TypeError:  # a custom stage that is not hashable
         made = _made.__wrapped__
     table, of_few = made(system, pitch_um, light, until, allowed, spline)
