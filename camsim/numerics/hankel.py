@@ -44,7 +44,7 @@ def hankel(curve: scipy.interpolate.PPoly, r: F64, order: int) -> F64:
         stop = max(int(np.searchsorted(radii, 2.0 * least, side="right")), start + 1)
         up_from = min(UP_FROM / (2.0 * math.pi * least), last)
         f, share = _on_the_axis(curve, order, up_from, float(radii[stop - 1]))
-        points, ways = _upwards(curve, order, up_from, least)
+        points, parts = _upwards(curve, order, up_from, least)
         step = max(1, CHUNK // (f.size + points.size))
         for first in range(start, stop, step):
             one = radii[first : min(first + step, stop)]
@@ -52,7 +52,7 @@ def hankel(curve: scipy.interpolate.PPoly, r: F64, order: int) -> F64:
             if points.size:
                 smooth = interpolation(chebyshev(PLACES), 2.0 * one / least - 3.0)
                 turned = np.exp(2j * np.pi * np.multiply.outer(one, points))
-                values += np.real((smooth @ ways) * turned).sum(axis=1)
+                values += np.real((smooth @ parts) * turned).sum(axis=1)
             out[by_radius[first : first + one.size]] = values
         start = stop
     values_at: F64 = out.reshape(r.shape)
@@ -87,8 +87,8 @@ def _upwards(curve: scipy.interpolate.PPoly, order: int, start: float, least: fl
     differ = sum(after[d][:, None] * iy**d for d in range(4))
     z = points[:, None] + iy
     hankels = scipy.special.hankel1e(order, 2.0 * np.pi * radii[:, None, None] * z)
-    ways: C128 = 1j * np.sum(differ * z ** (1 - order) * hankels * w, axis=-1) / radii[:, None]
-    return points, ways
+    parts: C128 = 1j * np.sum(differ * z ** (1 - order) * hankels * w, axis=-1) / radii[:, None]
+    return points, parts
 
 
 def _about(cubics: F64, by: F64) -> F64:

@@ -16,7 +16,7 @@ from camsim.errors import UnsupportedError
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics.pupil import Pupil
 
-FIRST_RULE, MOST_RULE = 6, 600  # nodes each way of the integrals over overlaps
+FIRST_RULE, MOST_RULE = 6, 600  # nodes per axis of the integrals over overlaps
 # Shifts, of the largest, and directions, radians, at which rules are compared: uneven, so that none is special.
 SHARES = np.array([0.05, 0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95])
 TRIED = np.array([0.02, 0.3, 0.77, 1.2, 1.56, 2.1, 2.9])

@@ -123,12 +123,12 @@ class Pupil:
             angle = np.add.outer(list(self.normals()), np.arctan(side / self.inner_radius)).ravel()
             weight = np.tile(weight * self.side_length * self.inner_radius / edge**2, self.sides)
             edge = np.tile(edge, self.sides)
-        way = edge - self.obstruction
-        radius = self.obstruction + np.multiply.outer(t, way)
+        length = edge - self.obstruction
+        radius = self.obstruction + np.multiply.outer(t, length)
         return (
             (radius * np.cos(angle)).ravel(),
             (radius * np.sin(angle)).ravel(),
-            (radius * share[:, None] * way * weight).ravel(),
+            (radius * share[:, None] * length * weight).ravel(),
         )
 
     def holds(self, x: F64, y: F64) -> np.ndarray:

@@ -203,14 +203,14 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
         if gap > same:
             # Compute from the smaller circle: a large radius would cancel the digits of a short sagitta.
             a, b = (e, f) if o.dx[e] <= o.dx[f] else (f, e)
-            way = 1.0 if a == e else -1.0
+            sign = 1.0 if a == e else -1.0
             along = 0.5 * (gap + (o.dx[a] - o.dx[b]) * (o.dx[a] + o.dx[b]) / gap)
             square = (o.dx[a] - along) * (o.dx[a] + along)
             if square > 0.0:
                 half, room = math.sqrt(square), math.sqrt(o.dx[a] * same)
                 for side in (-half, half):
-                    x = o.x[a] + way * (along * px - side * py) / gap
-                    y = o.y[a] + way * (along * py + side * px) / gap
+                    x = o.x[a] + sign * (along * px - side * py) / gap
+                    y = o.y[a] + sign * (along * py + side * px) / gap
                     count = _both(o, e, f, x, y, room, same, out, count)
     # End points of the other part: parts that overlap along their length do not cross.
     if abs(o.turn_rad[f]) < math.tau * (1.0 - 1e-15):

@@ -57,7 +57,7 @@ class Light(NamedTuple):
 class Seen:
     """The visible part of one picture or gradient, on a lattice of cells, pitches.
 
-    shape    : rows and columns of cells;  corner: corner of the first cell;  ways: (2, 2) vectors along its two sides
+    shape    : rows and columns of cells;  corner: corner of the first cell;  sides: (2, 2) vectors of its sides
     cut      : outlines (start, end) of the visible part, in cells; None: all is visible
     values   : function of places (n, 2) in cells that returns (planes, n)
     coefficients : (planes, rows, cols) of a picture's splines: cell (r, c) uses those from (r, c) on
@@ -67,7 +67,7 @@ class Seen:
 
     shape: tuple[int, int]
     corner: F64
-    ways: F64
+    sides: F64
     cut: tuple[F64, F64] | None
     values: Callable[[F64], F64]
     coefficients: F64 | None = None
@@ -77,7 +77,7 @@ class Seen:
     @property
     def step(self) -> float:
         """Side of a cell, pitches."""
-        return float(np.hypot(*self.ways[0]))
+        return float(np.hypot(*self.sides[0]))
 
     @cached_property
     def states(self) -> tuple[np.ndarray, np.ndarray]:
@@ -128,7 +128,7 @@ class Seen:
             t[begin[k] : begin[k + 1]], weights[begin[k] : begin[k + 1]] = part[:, :2], part[:, 2]
         places = t + item[:, ::-1]
         light = self.values(places) * (weights * self.step**2)
-        return begin, self.corner + places @ self.ways, np.ascontiguousarray(light.T)
+        return begin, self.corner + places @ self.sides, np.ascontiguousarray(light.T)
 
 
 class Fields:
@@ -233,7 +233,7 @@ class Fields:
         if outline is not None:
             start, end = ((ends - corner) @ axes.T / side for ends in outline)
             cut = start, end
-        place = functools.partial(Seen, shape=(rows, cols), corner=corner, ways=side * axes, cut=cut)
+        place = functools.partial(Seen, shape=(rows, cols), corner=corner, sides=side * axes, cut=cut)
         if isinstance(shape, Gradient):
 
             def of_gradient(places: F64) -> F64:
@@ -289,7 +289,7 @@ class Fields:
             sides = np.array([(0, 0), (-1, -1), (1, 1), (1, -1), (-1, 1)])
             item = [middle + (sides * half) @ axes]
             if seen.cut is not None and len(seen.cut[0]):
-                along = seen.corner + 0.5 * (seen.cut[0] + seen.cut[1]) @ seen.ways
+                along = seen.corner + 0.5 * (seen.cut[0] + seen.cut[1]) @ seen.sides
                 inside = along[np.all((along >= low - 0.5) & (along <= low + np.array([grid.cols, grid.rows])), axis=1)]
                 item.insert(0, inside[(np.arange(min(count, len(inside))) * GOLDEN % 1.0 * len(inside)).astype(int)])
             found.append(np.concatenate(item))
@@ -304,17 +304,17 @@ class Fields:
     def _add(self, seen: Seen, planes: slice, points: F64, tabled: Tabled, out: F64) -> None:
         others = None
         if seen.coefficients is not None:
-            along = seen.ways[0] / seen.step
+            along = seen.sides[0] / seen.step
             spline = Spline(seen.degree, seen.step, (float(along[0]), float(along[1])))
             whole = np.zeros(seen.coefficients.shape[1:], bool)
             if 2.0 * math.pi * self.highest * spline.extent <= MOST_PHASE:
                 whole = seen.whole_samples()
                 behind = _light(tabled(spline), planes, seen.step**2)
                 # Centre of the first spline.
-                at = seen.corner + (0.5 - 0.5 * seen.degree) * seen.ways.sum(axis=0)
+                at = seen.corner + (0.5 - 0.5 * seen.degree) * seen.sides.sum(axis=0)
                 shared(
                     len(points),
-                    functools.partial(over_samples, points, seen.coefficients, whole, at, seen.ways, *behind, out),
+                    functools.partial(over_samples, points, seen.coefficients, whole, at, seen.sides, *behind, out),
                 )
             others = ~whole
             if whole.all():
@@ -325,7 +325,7 @@ class Fields:
         if not len(cells):
             return
         behind = _light(tabled(None), planes)
-        centres = seen.corner + (cells[:, ::-1] + 0.5) @ seen.ways
+        centres = seen.corner + (cells[:, ::-1] + 0.5) @ seen.sides
         reach = behind.table.until + 0.75 * seen.step
         near = np.zeros(len(cells), bool)
         for point in points:

@@ -224,7 +224,7 @@ def over_samples(
     values: F64,
     some: np.ndarray,
     at: F64,
-    ways: F64,
+    sides: F64,
     t: Table,
     weights: F64,
     out: F64,
@@ -237,10 +237,10 @@ def over_samples(
     for p in range(begin, end):
         total[:] = 0.0
         for r in range(rows):
-            x0, y0 = at[0] + r * ways[1, 0] - points[p, 0], at[1] + r * ways[1, 1] - points[p, 1]
+            x0, y0 = at[0] + r * sides[1, 0] - points[p, 0], at[1] + r * sides[1, 1] - points[p, 1]
             for c in range(cols):
                 if some[r, c]:
-                    _light_at(t, x0 + c * ways[0, 0], y0 + c * ways[0, 1], light)
+                    _light_at(t, x0 + c * sides[0, 0], y0 + c * sides[0, 1], light)
                     for plane in range(planes):
                         for q in range(t.kinds):
                             total[plane, q] += values[plane, r, c] * light[q]

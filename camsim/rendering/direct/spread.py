@@ -241,10 +241,10 @@ def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
         if chosen and size[j] <= allowed:
             break
         chosen.append(j)
-        way = rest[j] / max(math.sqrt(float(np.einsum("n,n->", rest[j], rest[j]))), NOTHING)
-        along = np.einsum("kn,n->k", rest, way)
+        unit = rest[j] / max(math.sqrt(float(np.einsum("n,n->", rest[j], rest[j]))), NOTHING)
+        along = np.einsum("kn,n->k", rest, unit)
         parts = np.concatenate([parts, along[:, None]], axis=1)
-        rest -= along[:, None] * way
+        rest -= along[:, None] * unit
     # Solve parts = mixture · parts[chosen], where parts[chosen] is triangular.
     triangle, mixture = parts[chosen], np.zeros_like(parts)
     for k in reversed(range(len(chosen))):
