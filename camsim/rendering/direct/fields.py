@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import scipy
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, picked
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.cut_cells import cell_states, cut_nodes
@@ -198,7 +198,7 @@ class Fields:
         pieces, spectra = pieces_of(covered_by, self.pitch_um, self._fine)
         which = spectra.index(item) if item in spectra else -1
         mine = (pieces.left == which) | (pieces.right == which)
-        o = pieces.outlines.some(mine)
+        o = picked(pieces.outlines, mine)
         straight = o.turn_rad == 0.0
         begin = np.stack([o.x, o.y], axis=1)[straight]
         starts, ends = [begin], [begin + np.stack([o.dx, o.dy], axis=1)[straight]]

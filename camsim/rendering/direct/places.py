@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64, kinds_of
+from camsim.core.arrays import F64, I64, kinds_of, picked
 from camsim.numerics.quadrature import GOLDEN
 from camsim.rendering.direct.records import Outlines
 from camsim.rendering.engine import Marks
@@ -62,7 +62,7 @@ def hardest_photosites(outlines: Outlines, more: F64, grid: Grid, marks: Marks, 
 
 def _middles(o: Outlines, grid: Grid) -> F64:
     """Return the centres (n, 2) of round parts in a frame, where ringing adds up, by decreasing total angle."""
-    bent = o.some(np.flatnonzero(o.turn_rad != 0.0))
+    bent = picked(o, o.turn_rad != 0.0)
     found, index = kinds_of(np.round(bent.x + 1j * bent.y, 9))
     turn_rad = np.bincount(index, np.abs(bent.turn_rad), found.size)
     places = found.view(np.float64).reshape(-1, 2)
@@ -80,7 +80,7 @@ def _normal(along: F64) -> F64:
 
 def _leaving(o: Outlines, grid: Grid) -> F64:
     """Return where round parts cross the frame's border (n, 2)."""
-    bent = o.some(o.turn_rad != 0.0)
+    bent = picked(o, o.turn_rad != 0.0)
     low = np.array(grid.first_centre) - 0.5
     high, found = low + np.array([grid.cols, grid.rows]), [np.empty((0, 2))]
     middle, begin, turn = np.stack([bent.x, bent.y], axis=1), bent.from_rad, bent.turn_rad

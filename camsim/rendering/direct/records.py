@@ -25,10 +25,6 @@ class Outlines(NamedTuple):
     from_rad: F64
     turn_rad: F64
 
-    def some(self, which: I64 | np.ndarray) -> Outlines:
-        """Return the parts that ``which`` selects."""
-        return Outlines(*(column[which] for column in self))
-
     def at(self, t: F64 | float) -> F64:
         """Return a place (n, 2) on each part, at a fraction t of it."""
         straight, angle = self.turn_rad == 0.0, self.from_rad + t * self.turn_rad

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, picked
 from camsim.rendering.direct.cuts import Sorted, pairs, pieces_between_cuts
 from camsim.rendering.direct.painter import OFFSET, Near, Rows, Shapes, sides_of
 from camsim.rendering.direct.records import Outlines, Owners
 from camsim.scene import Primitive, Scene, flattened
-from camsim.scene.arcs import Fineness, arcs_of
+from camsim.scene.arcs import Arcs, Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, joined
 from camsim.spectra.curve import Spectrum
 
@@ -28,6 +28,7 @@ from camsim.spectra.curve import Spectrum
 SAME, SAME_SHARE = 1e-12, 1e-12
 SHORTEST = 0.1  # over that distance: shorter pieces have no direction
 OF_CUSPS = 0.02  # share of the error for cusps that a line replaces, at most the square of their size
+NO_ARCS = Arcs(np.empty(0, np.int64), np.empty(0, complex), np.empty(0, complex), np.empty(0))
 
 
 class Pieces(NamedTuple):
@@ -52,7 +53,7 @@ def pieces_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Pieces, tu
     # A piece no longer than rounding has no direction.
     visible = (left != right) & ((high - low) * outlines.length[owner] > SHORTEST * shapes.same[owner])
     owner, low, high = owner[visible], low[visible], high[visible]
-    return Pieces(_between(outlines.some(owner), low, high), left[visible], right[visible]), tuple(spectra)
+    return Pieces(_between(picked(outlines, owner), low, high), left[visible], right[visible]), tuple(spectra)
 
 
 def _between(part: Outlines, low: F64, high: F64) -> Outlines:
@@ -102,7 +103,8 @@ def _parts_of(curves: Curves, fine: Fineness) -> tuple[Outlines, F64, I64]:
     is_ring, is_line = circles_among(curves), curves.kind == STRAIGHT
     lines, rings = np.flatnonzero(is_line & (first != last)), np.flatnonzero(is_ring)
     others = np.flatnonzero(~(is_line | is_ring))
-    arcs = arcs_of(curves.some(others), fine, cut=True, least=fine.longest * math.sqrt(OF_CUSPS * fine.allowed))
+    least = fine.longest * math.sqrt(OF_CUSPS * fine.allowed)
+    arcs = arcs_of(curves.some(others), fine, cut=True, least=least) if others.size else NO_ARCS
     start, chord, bend = arcs.start, arcs.end - arcs.start, arcs.bend_rad
     # The centre lies to the left of the chord by half of it over tan(bend/2).
     is_flat = bend == 0.0

@@ -307,12 +307,15 @@ def _coefficients(values: F64, until: float) -> F64:
     angle = np.arccos(chebyshev(SERIES_NODES))
     terms = np.einsum("hkn,ns->hks", values, np.cos(np.outer(angle, np.arange(SERIES_NODES)))) * (2.0 / SERIES_NODES)
     terms[..., 0] *= 0.5
-    # On 0 … 1 the polynomial of order s is T_2s(√f), whose odd powers are 0.
-    shifted = np.zeros((SERIES_NODES, SERIES_NODES))
-    for s in range(SERIES_NODES):
-        shifted[s, : s + 1] = np.polynomial.chebyshev.cheb2poly([0.0] * 2 * s + [1.0])[::2]
-    series: F64 = np.einsum("hks,sp->hkp", terms, shifted[:, : POWERS + 1] / until ** np.arange(POWERS + 1))
+    series: F64 = np.einsum("hks,sp->hkp", terms, _shifted()) / until ** np.arange(POWERS + 1)
     return series
+
+
+@functools.cache
+def _shifted() -> F64:
+    """Return the powers (SERIES_NODES, POWERS + 1) in Chebyshev polynomials on 0 … 1; that of order s is T_2s(√f)."""
+    orders = [np.polynomial.chebyshev.cheb2poly([0.0] * 2 * s + [1.0])[::2] for s in range(SERIES_NODES)]
+    return np.stack([np.pad(powers, (0, POWERS))[: POWERS + 1] for powers in orders])
 
 
 def smooth_energy(system: OpticalSystem, pitch_um: float, nm: float, r: F64) -> F64:
