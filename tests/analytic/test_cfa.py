@@ -36,19 +36,6 @@ def test_a_window_is_that_slice_of_the_sensor(cfa: Cfa) -> None:
         assert letters(cfa, *cfa.period, (r, c)) == list(cfa.window_pattern((r, c)))
 
 
-def test_the_letters_of_a_bayer_array_are_read_row_by_row() -> None:
-    """GRBG: green and red in the first row, blue and green in the second."""
-    index = Cfa.bayer("GRBG").channel_index(2, 2)
-    assert index.dtype == np.uint8
-    assert index.tolist() == [[1, 0], [2, 1]]
-
-
-def test_half_of_a_bayer_array_and_five_ninths_of_x_trans_are_green() -> None:
-    for cfa, share in ((Cfa.bayer("BGGR"), 1 / 2), (X_TRANS, 5 / 9)):
-        green = cfa.channel_index(36, 36) == cfa.channels.index("G")
-        assert green.mean() == pytest.approx(share)
-
-
 def test_channels_come_in_a_fixed_order() -> None:
     assert Cfa.bayer("GBRG").channels == X_TRANS.channels == ("R", "G", "B")
     assert RGBW.channels == ("R", "G", "B", "W")

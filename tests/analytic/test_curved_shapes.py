@@ -6,10 +6,8 @@ from areas import brightness
 from scipy import integrate, special
 
 import camsim
-from camsim.numerics.quadrature import gauss_legendre
 from camsim.scene.arcs import Fineness, arcs_of
 from camsim.scene.arrange import arrange
-from camsim.scene.curves import CUBIC, Curves
 from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import flattened
 from camsim.scene.regions import region_of
@@ -92,17 +90,6 @@ def test_cut_ellipses_keep_their_areas(at, flat):
         assert abs(seen_brightness([ellipse, half_plane], limits) - 64.0 - over * right) <= 2.0 * over * cut_um2
 
 
-def test_an_ellipse_has_the_same_sides_whatever_circles_there_are():
-    """Its last sides were crowded into a point where a circle came after it: 5e-9 of its area at any tolerance."""
-    limits = SideLimits(20.0, 1e-6, 1e-12, 5e-12)
-    ellipse = camsim.Ellipse(radius_x_um=0.8, radius_y_um=0.4, centre_um=(-3.0, 0.0), rotate_deg=15.0, reflectance=0.5)
-    discs = [camsim.Disc(radius_um=0.3, centre_um=(x, 0.0), reflectance=1.0) for x in (3.0, 4.0)]
-    alone = Outlines.of(flattened([ellipse])).rings(limits)[0][0]
-    for shapes in ([ellipse, *discs], [discs[0], ellipse, discs[1]]):
-        rings = Outlines.of(flattened(shapes)).rings(limits)
-        np.testing.assert_allclose(rings[shapes.index(ellipse)][0], alone, rtol=0.0, atol=1e-13)
-
-
 def test_circles_that_cut_one_another_keep_their_areas():
     """470 times what is allowed was met: where two corners fell together the sides beside them could not make up."""
     disc = camsim.Disc(radius_um=1.0, centre_um=(0.0, -2.0), reflectance=0.5)
@@ -163,28 +150,3 @@ def test_arcs_end_where_rounding_begins(far_um):
     parts = arcs_of(curves, Fineness(0.02, 1e-13))
     assert len(parts.owner) < 100_000
     assert abs(np.abs(parts.bend_rad.sum()) - 2.0 * np.pi) < 1e-6
-
-
-def test_pairs_of_arcs_have_their_curves_areas_and_no_corners():
-    """The area under each curve by a Gauss rule over it, that of its arcs by theirs and their chords'."""
-    rng = np.random.default_rng(11)
-    points = rng.uniform(-1.0, 1.0, (40, 4, 2)) * 0.6 + np.array([[-1.0, 0.0], [-0.3, 1.0], [0.3, 1.0], [1.0, 0.0]])
-    curves = Curves(points, np.zeros(40), np.full(40, CUBIC), np.arange(41))
-    fine = Fineness(0.6, 1e-7)
-    parts = arcs_of(curves, fine)
-    assert len(parts.owner) < 40 * 120  # 40 × 247 where pairs met in their middles alone
-    t, weights = gauss_legendre(8)
-    for k in range(40):
-        mine = parts.owner == k
-        start, end, bend = parts.start[mine], parts.end[mine], parts.bend_rad[mine]
-        assert np.array_equal(start[1:], end[:-1])
-        turn = np.angle((end - start)[1:] / (end - start)[:-1]) - 0.5 * (bend[1:] + bend[:-1])
-        assert np.abs(np.sin(turn)).max() < 1e-7
-        item = curves.some(np.full(t.size, k))
-        (x, y), (along_x, along_y) = item.at(0.5 + 0.5 * t).T, item.slopes(0.5 + 0.5 * t)[0].T
-        under = 0.25 * np.sum(weights * (x * along_y - y * along_x))
-        round_ones = bend != 0.0
-        safe = np.where(round_ones, bend, 1.0)
-        segment = np.where(round_ones, (safe - np.sin(safe)) / (8.0 * np.sin(0.5 * safe) ** 2), 0.0)
-        of_arcs = 0.5 * np.sum((start.conj() * end).imag) + np.sum(np.abs(end - start) ** 2 * segment)
-        assert abs(of_arcs - under) <= 0.25 * fine.allowed * fine.longest**2 + 1e-14

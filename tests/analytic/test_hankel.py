@@ -41,12 +41,3 @@ def test_patterns_and_their_light_however_far_out(frequency, values):
             allowed = 3e-11 * max(abs(float(truth)), 1e-2 * float(r) ** (order - 3.0) * frequency[-1] ** (order - 1.0))
             assert abs(one - truth) <= allowed
             assert abs(other - truth) <= allowed
-
-
-def test_radii_of_any_shape():
-    curve = camsim.RadialOtf(freq_per_um=KNEES[0], values=KNEES[1]).curve()
-    radii = np.random.default_rng(5).permutation(np.geomspace(1e-3, 1e3, 60)).reshape(3, 20)
-    assert np.allclose(
-        hankel(curve, radii, 0), [[float(hankel(curve, r, 0)) for r in row] for row in radii], rtol=1e-10
-    )
-    assert hankel(curve, np.empty((0, 2)), 1).shape == (0, 2)

@@ -270,27 +270,6 @@ def test_ten_thousand_points_are_lumped_to_six_a_nanometre_with_all_their_moment
         np.testing.assert_allclose(part, whole, rtol=1e-12)
 
 
-def test_what_lies_on_a_lump_stays_there() -> None:
-    """The six nodes of a stretch and its ends as fine ones: each of the six is its own lump."""
-    ends = np.array([500.0, 500.9])
-    six, _ = lumped(np.linspace(*ends, 50), np.ones(50))
-    nodes, lumps = lumped(np.union1d(six, ends), np.eye(8))
-    np.testing.assert_array_equal(nodes, six)
-    np.testing.assert_array_equal(lumps[1:7], np.eye(6))
-
-
-@pytest.mark.parametrize(("distance", "allowed"), [(23.0, 1e-8), (366.0, 0.05)])
-def test_lumps_turn_as_the_light_does(distance: float, allowed: float) -> None:
-    """exp(2πiR/λN) over spectra that fill a nanometre in every possible way, R in λN of 500 nm."""
-    rng = np.random.default_rng(2)
-    fine = np.linspace(500.0, 501.0, 401)[:-1]
-    for density in (*np.eye(400)[::7], *rng.uniform(0, 1, (20, 400))):
-        nodes, lumps = lumped(fine, density)
-        exact = np.sum(density * np.exp(2j * np.pi * distance * 500.0 / fine))
-        error = abs(np.sum(lumps * np.exp(2j * np.pi * distance * 500.0 / nodes)) - exact)
-        assert error <= allowed * density.sum()
-
-
 def test_an_edge_in_a_fine_spectrum() -> None:
     """A half-plane of 10 000 points: Airy's and the photosite's transfer, transformed every half a nanometre."""
     surface, pitch_um, f_number, edge_um = measured_finely(), 3.45, 8.0, 0.3

@@ -1,17 +1,12 @@
 """Photosites against truths derived another way: rays, the line spread, exact clipping in the sharp limit."""
 
-import itertools
 import math
 
 import numpy as np
 import pytest
 import shapely
-from scipy import special
 
 import camsim
-from camsim.numerics.quadrature import gauss_error
-from camsim.optics.pattern import SEVENTH
-from camsim.rendering.boundary.far import Moments, far_edge, far_moments
 from tests.truth import rays
 
 TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]
@@ -78,60 +73,3 @@ def test_sharp_limit_is_the_clipped_area():
         for y in range(9)
     ]
     assert np.abs(image - expected).max() < 0.01
-
-
-FOUR = [(-0.375, -0.375), (0.375, -0.375), (-0.375, 0.375), (0.375, 0.375)]
-
-
-@pytest.mark.parametrize(
-    ("h", "s1", "s2", "turn", "width", "height", "spots"),
-    [
-        (9.0, -4.0, 13.0, 0.3, 1.0, 1.0, FOUR),
-        (3.0, 9.0, 30.0, 0.0, 1.0, 0.6, [(0.0, 0.0)]),
-        (-0.5, -40.0, -10.0, 0.3, 0.8, 1.0, [(-0.3, -0.2), (0.3, 0.2)]),
-        (12.0, 0.0, 5.0, 0.0, 1.0, 1.0, FOUR),
-    ],
-)
-def test_far_form_with_moments_equals_the_averaged_smooth_integral(h, s1, s2, turn, width, height, spots):
-    """Average the non-oscillating 1/r, 1/r³, 1/r⁵ series over a turned footprint by quadrature."""
-    lambda_n = 0.8
-    far = far_moments(camsim.Airy(f_number=8.0).pattern(), np.array([lambda_n]), np.ones((1, 1)))[0]
-    x, w = np.polynomial.legendre.leggauss(8)
-    along_x, along_w = np.polynomial.legendre.leggauss(400)
-    s = 0.5 * (s1 + s2) + 0.5 * (s2 - s1) * along_x
-    total, share, zeta = 0.0, [], []
-    c, t = math.cos(turn), math.sin(turn)
-    for (i, j), (sx, sy) in itertools.product(itertools.product(range(8), range(8)), spots):
-        u, v = 0.5 * width * x[i] + sx, 0.5 * height * x[j] + sy
-        du, dv = c * u - t * v, t * u + c * v
-        share.append(w[i] * w[j] / (4 * len(spots)))
-        zeta.append(complex(du, dv))
-        r2 = (s + du) ** 2 + (h + dv) ** 2
-        series = far[0] / r2 - far[1] / r2**1.5 - far[2] / r2**2.5 - far[3] / r2**3.5
-        total += share[-1] * 0.5 * (s2 - s1) * np.sum(along_w * series * (h + dv))
-    share, zeta = np.array(share), np.array(zeta)
-    size = np.abs(zeta) ** 2
-    moments = Moments(
-        *(0.5 * share @ size, share @ size**2),
-        *(complex(share @ power) for power in (zeta**2, zeta**2 * size, zeta**4, zeta**6)),
-    )
-    assert float(np.dot(far_edge(h, s1, s2, moments), far)) == pytest.approx(total, abs=2e-8)
-
-
-@pytest.mark.parametrize("order", [2, 3, 4, 6, 8])
-def test_a_gauss_rule_errs_by_what_is_said_of_it(order):
-    """By no more, and while the phase is half as large as the order by little less."""
-    x, w = np.polynomial.legendre.leggauss(order)
-    phase = 0.5 * order
-    error = abs(w @ np.cos(phase * x) - 2.0 * math.sin(phase) / phase)
-    assert -0.25 < math.log(error) - gauss_error(order, phase) <= 0.0
-
-
-def test_the_first_power_that_is_left_out_is_as_large_as_is_said():
-    """Of J0² + J1² without its swing, which is (J0² + Y0² + J1² + Y1²)/2 (Nicholson), over a right angle of cos⁷."""
-    x = np.array([20.0, 40.0])
-    mean = 0.5 * sum(bessel(n, x) ** 2 for bessel in (special.jv, special.yv) for n in (0, 1))
-    left = (0.5 * math.pi * x * mean - (1.0 + 1.0 / (8.0 * x**2) - 9.0 / (128.0 * x**4))) * x**6
-    angle, weight = np.polynomial.legendre.leggauss(20)
-    corner = 0.25 * math.pi * weight @ np.cos(0.25 * math.pi * (1.0 + angle)) ** 7 / (2.0 * math.pi)
-    assert 2.0 * left / math.pi**8 * corner == pytest.approx(SEVENTH, rel=0.02)

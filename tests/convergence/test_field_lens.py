@@ -10,7 +10,6 @@ import pytest
 import camsim
 from camsim.errors import InvalidValueError
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
-from camsim.rendering.bending import undistorted
 from camsim.rendering.render import render_channels
 from camsim.spectra.named import illuminant
 from tests.truth import field_lens, picture
@@ -249,20 +248,6 @@ def test_a_barrel_draws_in_what_lies_beyond_its_last_height():
     right = rendered(camsim.Airy(f_number=N), polygon(np.array(right_um)), grid, 1e-5).image
     assert np.ptp(right) > 0.7
     assert np.abs(bent - right).max() <= 2e-4
-
-
-@pytest.mark.parametrize("powers", [(-0.3,), (0.05, -0.2), (0.1,)])
-def test_what_falls_at_a_windows_corner_lies_in_the_window_before_distortion(powers):
-    lens = revolved(distortion_powers=powers, zernike=[4], waves=[[[0.0]] * len(HEIGHTS_UM)])
-    grid = window((int(SIDE / 2 + 0.85 * RADIUS_UM / PITCH_UM), SIDE // 2 - 40), 30)
-    before = undistorted(grid, lens)
-    y_um = (grid.first_centre[1] + np.array([0, grid.rows - 1])) * PITCH_UM
-    heights_um = np.linspace(0.0, 20.0 * RADIUS_UM, 200_001)
-    falls_um = lens.distorted(np.stack([heights_um, 0.0 * heights_um], axis=1))[:, 0]
-    lies_um = np.interp(y_um, falls_um, heights_um)
-    first_um = before.first_centre[1] * PITCH_UM
-    assert first_um <= lies_um.min()
-    assert lies_um.max() <= first_um + (before.rows - 1) * PITCH_UM
 
 
 def test_long_edges_are_bent_as_the_lens_says():

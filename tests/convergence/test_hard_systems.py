@@ -7,7 +7,6 @@ from examples import tile_centres
 import camsim
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem, SquarePhotosite, Wavefront
-from camsim.rendering.edges import shares_within
 from camsim.rendering.render import plan_render
 from tests.attack import systems
 from tests.convergence.test_tolerance import POINT, SQUARE, system_of
@@ -417,16 +416,6 @@ def test_wavefronts_do_not_kink_on_the_axis(photosite):
     exact, unsure = truth.placed(0).value((truth.x[1], truth.y[0]))
     assert unsure < 1e-10
     assert abs(rendering.image[0, 1] - 0.2 - exact) <= 1e-7
-
-
-@pytest.mark.parametrize("at", [0.0, 1.0])
-@pytest.mark.parametrize("axis", [0, 1])
-def test_lines_along_any_side_of_a_box_are_within_it(at, axis):
-    """A crash: 0/0 was looked for on the lower sides only, and counts beside squares that touch were not numbers."""
-    start, end = np.full((1, 2), at), np.full((1, 2), at)
-    start[0, 1 - axis], end[0, 1 - axis] = -1.0, 3.0
-    enters, leaves = shares_within(start, end, np.zeros(2), np.ones(2))
-    assert (enters[0], leaves[0]) == (0.25, 0.5)
 
 
 @pytest.mark.parametrize(("blur", "tolerance"), [(0.7, 1e-5), (1.76, 1e-4)])

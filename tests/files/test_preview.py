@@ -9,8 +9,7 @@ import pytest
 
 from camsim.camera.frame import Frame
 from camsim.files import save
-from camsim.files.preview import _XYZ_D50_TO_SRGB, _srgb_bytes, demosaic, develop
-from camsim.spectra.colour_science import colour_science
+from camsim.files.preview import demosaic, develop
 from tests.files.conftest import MakeFrame
 
 PATTERNS = ["RG GB", "BG GR", "GR BG", "GB RG"]
@@ -33,22 +32,6 @@ def test_it_looks_like_libraws_development(
     difference = np.abs(ours - theirs)[2:-2, 2:-2]
     # Half an 8-bit step is at most 0.0045 of linear light.
     assert difference.max() < 0.006
-
-
-def test_the_curve_is_colour_sciences() -> None:
-    grey = np.concatenate([np.linspace(0.0, 0.01, 2001), np.linspace(0.0, 1.0, 2001)])
-    expected = 255 * colour_science().models.eotf_inverse_sRGB(grey)
-    assert np.abs(_srgb_bytes(grey) - expected).max() <= 0.5 + 1e-9
-
-
-def test_the_matrix_is_that_of_the_primaries_and_whites() -> None:
-    """From the chromaticities of IEC 61966-2-1, D65 taken to ICC's D50 by colour-science's Bradford."""
-    xy = np.array([[0.64, 0.30, 0.15], [0.33, 0.60, 0.06]])
-    primaries = np.array([xy[0], xy[1], 1.0 - xy[0] - xy[1]])
-    d65, d50 = np.array([0.95047, 1.0, 1.08883]), np.array([0.96422, 1.0, 0.82521])
-    to_xyz = primaries * np.linalg.solve(primaries, d65)
-    adapted = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(d65, d50, transform="Bradford") @ to_xyz
-    np.testing.assert_allclose(_XYZ_D50_TO_SRGB, np.linalg.inv(adapted), rtol=0, atol=2e-6)
 
 
 @pytest.mark.parametrize("pattern", [*PATTERNS, "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG", "RRGG RRGG GGBB GGBB"])

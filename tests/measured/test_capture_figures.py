@@ -49,19 +49,6 @@ def test_light_goes_with_the_pupils_area(lens, opening):
     assert one / whole == pytest.approx(opening, rel=1e-12)
 
 
-def test_light_on_the_sensor_is_dimmed_by_no_lens():
-    light = camsim.Light("D55", illuminance_lux=5, at="sensor")
-    falloff = camsim.Cos4Falloff(exit_pupil_mm=5.0)
-    corner = camsim.Region(rows=4, cols=4, origin=(0, 0))
-    plain, dimmed = (
-        camera(falloff=one).expose(
-            camsim.Scene(background=1.0), light=light, exposure=EXPOSURE, region=corner, noise=False, tolerance=1e-3
-        )
-        for one in (None, falloff)
-    )
-    np.testing.assert_array_equal(plain.mean_electrons, dimmed.mean_electrons)
-
-
 @pytest.mark.parametrize(
     "bends",
     [camsim.PolynomialResponse((0.5,), 10_700.0), camsim.ResponseTable((0, 5000, 10_700), (0, 5000, 7000))],

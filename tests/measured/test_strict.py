@@ -10,9 +10,6 @@ import camsim
 from camsim.errors import AccuracyError
 from camsim.optics import OpticalSystem
 from camsim.rendering.boundary import engine as boundary_engine
-from camsim.rendering.direct.places import hardest_photosites
-from camsim.rendering.direct.records import Outlines
-from camsim.rendering.engine import Marks
 from camsim.rendering.render import plan_render, render_channels
 from camsim.rendering.waves.image import FrequencyImage
 
@@ -183,15 +180,6 @@ def test_fourier_judges_itself_where_nothing_else_can(monkeypatch):
 
     monkeypatch.setattr(FrequencyImage, "planes", corrupted)
     assert rendered("auto", optics=optics, tolerance=1e-8).error_estimate > 1e-6
-
-
-def test_parts_without_a_direction_are_looked_at_from_any_side():
-    """An arc shorter than rounding begins where it ends: photosites beside it were NaN, a crash."""
-    nothing = Outlines(*(np.array([value]) for value in (-4e3, 2.0, 4e3, 0.0, 0.0, 1e-18)))
-    grid, marks = grid_of(24, 24), Marks(near=3.0, quiet=9.0, reach=5.0, leaf=16, apart=20.0)
-    row, col = hardest_photosites(nothing, np.empty((0, 2)), grid, marks, count=16)
-    assert len(row) >= 16
-    assert ((row >= 0) & (row < 24) & (col >= 0) & (col < 24)).all()
 
 
 def test_what_checks_pictures_hears_all_of_what_is_far_away():

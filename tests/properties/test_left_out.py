@@ -11,8 +11,6 @@ import camsim
 from camsim.camera.capture import Capture
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
-from camsim.rendering.edges import Edges
-from camsim.rendering.prune import far_outlines
 
 # Ten pitches wide, far outside a window of twenty.
 OUTSIDE = (np.array([(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0)]) + np.array([2000.0, 300.0]), 0.9)
@@ -162,26 +160,3 @@ def test_edges_that_no_channel_sees_are_dropped_and_weigh_nothing():
     assert worst(pruned.image, whole.image) <= ROUNDING * 3
     joined = render_channels(scene_of([(left, one), (right, one)], 0.0), **how)
     assert worst(pruned.image, joined.image) <= METHOD * TOLERANCE * 3
-
-
-@pytest.mark.parametrize("quarters", [0, 3])
-def test_the_bound_is_one(rng, quarters):
-    """The light of a far square at photosites, by the largest value that its whole could have: its own density."""
-    turn = np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), quarters)
-    for distance in (20.0, 100.0, 400.0):
-        corners = np.array([(0.0, -4.0), (8.0, -4.0), (8.0, 4.0), (0.0, 4.0)])
-        square = (corners + np.array([distance, rng.uniform(-20, 20)])) @ turn
-        image = rendered([(square, 1.0)], OPTICS["f/8"], prune=False, tolerance=1e-8).image
-        light = (image - 0.3) / 0.7
-        following = np.roll(square, -1, axis=0)
-        dropped, bound = far_outlines(
-            Edges(start=square, end=following, left=np.ones(4, np.int64), right=np.zeros(4, np.int64)),
-            density=np.array([[[0.0]], [[1.0]]]),
-            pattern=camsim.Airy(f_number=8.0).pattern(),
-            longest=1.0,
-            extent=0.75,
-            grid=grid_of(20, 20),
-            allowed=1.0,
-        )
-        assert dropped.all()
-        assert light.max() <= bound <= 300.0 * light.max()

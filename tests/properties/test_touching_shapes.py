@@ -8,8 +8,6 @@ from examples import tiles
 
 import camsim
 from camsim.scene.arrange import arrange
-from camsim.scene.overlap import common_area
-from camsim.scene.regions import common
 
 
 def drawn_tiles(rng, angle_deg):
@@ -27,37 +25,6 @@ def test_tiles_add_up(about):
     for _ in range(25):
         shapes, brighter = drawn_tiles(rng, float(about + rng.uniform(-1.0, 1.0) + 90.0 * rng.integers(4)))
         assert abs(brightness(arrange(camsim.Scene(background=0.3, shapes=shapes))) - brighter) < 1e-11
-
-
-def test_what_areas_have_in_common():
-    rng = np.random.default_rng(4)
-    for _ in range(50):
-        around = np.sort(rng.uniform(0.0, 2.0 * np.pi, 9))
-        one, two = (
-            shapely.Polygon(place + radius[:, None] * np.stack([np.cos(around), np.sin(around)], axis=1), [hole])
-            for place, radius, hole in (
-                (at, rng.uniform(1.0, 3.0, 9), at + 0.1 * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, -1.0]]))
-                for at in rng.uniform(-1.0, 1.0, (2, 2)) + 1e3
-            )
-        )
-        if one.is_valid and two.is_valid:
-            assert abs(common_area(one, two) - one.intersection(two).area) < 1e-11
-    square = shapely.box(0.0, 0.0, 2.0, 2.0)
-    assert common_area(square, shapely.box(2.0, -1.0, 3.0, 4.0)) == 0.0
-    assert common_area(square, square) == 4.0
-    assert common_area(square, shapely.Polygon()) == 0.0
-    apart = shapely.MultiPolygon([shapely.box(-1.0, 0.0, 0.5, 1.0), shapely.box(1.0, 1.0, 3.0, 3.0)])
-    assert common_area(apart, square) == common_area(square, apart) == 1.5
-
-
-def test_common_area_of_outlines_of_many_sides():
-    """What two discs of 50 000 sides have in common: 3e9 pairs of sides, of which those that meet are looked at."""
-    count, apart = 50_000, 0.5
-    turn = 2.0 * np.pi * np.arange(count) / count
-    one, two = (shapely.Polygon(np.stack([np.cos(turn) + x, np.sin(turn) + 0.3 * x], axis=1)) for x in (0.0, apart))
-    half = 0.5 * apart * np.hypot(1.0, 0.3)
-    lens = 2.0 * (np.arccos(half) - half * np.sqrt(1.0 - half**2))
-    assert abs(common_area(one, two) - lens) < 1e-8  # sides lie inside of circles: π³·2/3 over the count squared
 
 
 @pytest.mark.parametrize(
@@ -84,13 +51,6 @@ def test_a_shape_of_many_corners_hides_all_that_it_covers(corners, box):
     seen = arrange(camsim.Scene(background=0.0, shapes=[below, camsim.Path.of(over, reflectance=1.0)]))
     light = over.area + 0.5 * shapely.Polygon(below.corners_um).difference(over).area
     assert abs(brightness(seen) - light) < 1e-9
-
-
-def test_of_areas_that_meet_along_a_side_no_line_is_left():
-    """A clip over one arm of a U that ends at the other's side: on a grid nothing can be cut out of area and line."""
-    arms = shapely.Polygon([(0, 0), (30, 0), (30, 30), (20, 30), (20, 10), (10, 10), (10, 30), (0, 30)])
-    both = common(arms, shapely.box(5, 15, 20, 30))
-    assert shapely.difference(both, shapely.box(0, 0, 7, 20), grid_size=1e-9).area == 65.0
 
 
 def test_shapes_that_only_touch_keep_their_very_numbers(monkeypatch):
