@@ -1,7 +1,7 @@
 """Stiff and extreme cases: each is right to its tolerance, or refused with a reason; never silently wrong.
 
 Lengths are in pitches of 4 µm unless a case says otherwise. The truth is never the engine that is judged: the boundary
-integral by plain quadrature (tests/truth/quadrature.py, "quadrature"), the light beyond a straight edge ray by ray
+integral by plain quadrature (tests/truth/boundary.py, "quadrature"), the light beyond a straight edge ray by ray
 ("rays"), the Fourier engine to 1e-10 ("fourier"), or what must come out whatever the optics ("identity").
 """
 
@@ -19,8 +19,7 @@ import camsim
 from camsim.core.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
-from tests.truth.lattice import Lens
-from tests.truth.quadrature import photosite_value
+from tests.truth.lattice import Lens, photosite_value
 
 PITCH_UM = 4.0
 ASKED = 1e-6

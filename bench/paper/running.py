@@ -19,8 +19,7 @@ from bench.worker import GIVES_BACK, Worker, WorkerError
 from camsim.bench.machine import Spin, spin, words_of_load
 from camsim.core.arrays import F64
 from camsim.core.cores import cores
-from tests.truth.lattice import Lens, window_truths
-from tests.truth.quadrature import photosite_value
+from tests.truth.lattice import Lens, photosite_value, window_truths
 
 FULL_SCALE = 65535.0
 JUDGED = ((91, 106), (132, 101))  # (row, col) of the frame whose truth is computed twice: at a corner, along the edge

@@ -35,13 +35,11 @@ from camsim.core.arrays import F64
 from camsim.rendering.edges import Edges
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.kernels import Steps, _covered
-from tests.truth.lattice import Lens
-from tests.truth.quadrature import POINTS_AT_ONCE, _point_values, encircled_energy
+from tests.truth.rays import coverage_by_rays, rayleigh_energy
 
 PSF = cases.PSFS["airy-f8-box"]
 BLUR = float(PSF.blurs_px()[0])  # λN, pitches
 CUTS = {"18 λN": 18.0, "45 λN": 45.0, "50 px": 50.0 / BLUR, "85 λN": 85.0, "200 λN": 200.0}
-energy = encircled_energy(Lens(blur=np.ones(1), weights=np.ones(1)))  # of the pattern within r, λN
 FEW, MANY = findings.PAPERS_PROGRAM["samples"], 14641
 PAPERS_PROGRAM = {  # largest, rms of its frame; measured earlier
     FEW: (findings.PAPERS_PROGRAM["error_max"], findings.PAPERS_PROGRAM["error_rms"]),
@@ -56,6 +54,11 @@ WINDOW = tuple(
     slice(first, first + count)
     for first, count in zip(cases.WINDOW_ORIGIN, (cases.WINDOW_ROWS, cases.WINDOW_COLS), strict=True)
 )
+
+
+def energy(r: F64 | float) -> F64:
+    """Return the share of the pattern within r, λN."""
+    return np.asarray(rayleigh_energy(r, 1.0))
 
 
 @functools.lru_cache(maxsize=1)
@@ -76,21 +79,18 @@ def by_samples(count: int, cut: float) -> F64:
 
 def by_formula(cut: float, area: tuple[slice, ...], step: int) -> F64:
     """Return the errors that the cut alone makes, at every ``step``-th photosite of an area each way."""
-    beyond = 1.0 - float(energy(np.array(cut)))
+    beyond = 1.0 - float(energy(cut))
     rows, cols = (np.arange(s.start, s.stop, step, dtype=float) for s in area)
     x, y = (places.ravel() for places in np.meshgrid(X0 + cols, Y0 + rows))
-    errors = np.empty(x.size)
-    for first in range(0, x.size, POINTS_AT_ONCE):
-        some = slice(first, first + POINTS_AT_ONCE)
 
-        def dark(of: Callable[[F64], F64], some: slice = some) -> F64:
-            return _point_values(CORNERS, x[some], y[some], lambda r: of(r / BLUR), BLUR)
+    def dark(of: Callable[[F64], F64]) -> F64:
+        places = np.stack([x, y], axis=1)
+        return np.array([coverage_by_rays(CORNERS, place, of, nodes=20, advance=1.5 * BLUR) for place in places])
 
-        # Light lost to the square from beyond the cut, and in all; the image is 1 less the latter.
-        far = dark(lambda r: np.maximum(energy(r) - energy(np.array(cut)), 0.0))
-        whole = dark(energy)
-        errors[some] = (far - beyond * whole) / (1.0 - beyond)
-    return errors
+    # Light lost to the square from beyond the cut, and in all; the image is 1 less the latter.
+    far = dark(lambda r: np.maximum(energy(r / BLUR) - energy(cut), 0.0))
+    whole = dark(lambda r: energy(r / BLUR))
+    return (far - beyond * whole) / (1.0 - beyond)
 
 
 @nb.njit(parallel=True)
@@ -110,7 +110,7 @@ def _turned(x0: float, y0: float, angles: F64, steps: Steps, side: float, places
 
 def sample_sets(cut: float) -> dict[str, tuple[F64, bool]]:
     """Return other points (n, 2) of the unit square, each with whether they turn from photosite to photosite."""
-    within = float(energy(np.array(cut)))
+    within = float(energy(cut))
     halton = qmc.Halton(2, scramble=False).random(2 * FEW + FIRST)
     kept = halton[FIRST:][halton[FIRST:, 0] <= within][:FEW] / (within, 1.0)
     sets = {
@@ -163,7 +163,7 @@ def main() -> None:
     )
     heading(f"{'cut':<8}{'beyond':>9}{'2/π²R':>9}{'samples':>9}")
     for name, cut in CUTS.items():
-        light = f"{name:<8}{1.0 - float(energy(np.array(cut))):9.2e}{2.0 / (np.pi**2 * cut):9.2e}"
+        light = f"{name:<8}{1.0 - float(energy(cut)):9.2e}{2.0 / (np.pi**2 * cut):9.2e}"
         for count in counts:
             errors = by_samples(count, cut) - truth
             print(f"{light}{count:>9} | {figures(errors, count)} | {figures(errors[WINDOW], count)}", flush=True)

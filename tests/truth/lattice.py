@@ -4,8 +4,8 @@ The polygon's transform is a closed form, every OTF a factor; a shift of the pol
 photosite lattice are added up before one inverse FFT. A periodic sum would wrap the Airy pattern's tail round, so the
 pattern is tapered smoothly from 1 to 0 between two radii, the inner one past the largest distance from a photosite to
 the polygon: within it nothing changes. The taper blurs the lens's OTF over about BAND/TAPER in frequency, which matters
-only where the OTF is not smooth: at 0 and at each cut-off. Elsewhere the closed form stands. ``tests.truth.quadrature``
-checks samples of all this by a road without any transform.
+only where the OTF is not smooth: at 0 and at each cut-off. Elsewhere the closed form stands. ``photosite_value`` checks
+samples of all this by a road without any transform.
 """
 
 from __future__ import annotations
@@ -18,6 +18,10 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 from scipy import fft, interpolate, special
+
+from tests.truth.boundary import BoundaryTruth
+from tests.truth.picture import Piece
+from tests.truth.round_lenses import Airy, Gauss
 
 F64: TypeAlias = npt.NDArray[np.float64]
 C128: TypeAlias = npt.NDArray[np.complex128]
@@ -41,6 +45,22 @@ class Lens:
     blur: F64
     weights: F64
     gaussian: bool = False
+
+
+def photosite_value(polygon: F64, x: float, y: float, lens: Lens, *, side: float = 0.0, split: float = 0.0) -> float:
+    """Return the share of a photosite's light that comes from within a polygon, by integrals along its sides.
+
+    polygon : (n, 2) x, y, pitches, either direction round;  side: of the square photosite;  split: of the four spots
+    """
+    following = np.roll(polygon, -1, axis=0)
+    area = np.sum(polygon[:, 0] * following[:, 1] - following[:, 0] * polygon[:, 1])
+    pieces = [Piece(tuple(a), tuple(b), 0, -1) for a, b in zip(polygon, following, strict=True) if np.any(a != b)]
+    jumps = np.tile(math.copysign(1.0, float(area)) * lens.weights, (len(pieces), 1))
+    lenses = [(Gauss if lens.gaussian else Airy)(float(blur)) for blur in lens.blur]
+    photosite = {"kind": "square", "side": side} if side else {"kind": "point"}
+    olpf = {"split": split, "split_y": split, "rotate_deg": 0.0} if split else None
+    values, _ = BoundaryTruth(pieces, lenses, jumps, photosite, olpf, target=1e-12).values([[x, y]])
+    return float(values[0])
 
 
 def window_truths(
