@@ -32,34 +32,7 @@ PROPHOTO_TO_XYZ = (
     @ np.array([[0.7976749, 0.1351917, 0.0313534], [0.2880402, 0.7118741, 0.0000857], [0.0, 0.0, 0.8252100]])
 ).astype(np.float32)
 
-RAWTHERAPEE_PROFILE = """\
-[Version]
-AppVersion=5.9
-Version=349
-[Exposure]
-Auto=false
-Compensation=0
-Brightness=0
-Contrast=0
-Saturation=0
-Black=0
-HistogramMatching=false
-[White Balance]
-Enabled=true
-Setting=Camera
-[Color Management]
-InputProfile=(embedded)
-ToneCurve=false
-ApplyLookTable=false
-ApplyBaselineExposureOffset=true
-ApplyHueSatMap=false
-WorkingProfile=ProPhoto
-OutputProfile=RTv4_Large
-[RAW]
-CA=false
-HotPixelFilter=false
-DeadPixelFilter=false
-"""
+RAWTHERAPEE_PROFILE = Path(__file__).parents[1] / "data" / "rawtherapee.pp3"
 
 
 class Refused(Exception):
@@ -194,9 +167,10 @@ def simple_dcraw_opens(path: Path, folder: Path) -> None:
 
 
 def rawtherapee_picture(path: Path, folder: Path) -> np.ndarray:
-    profile, target = folder / "plain.pp3", folder / "a.tif"
-    profile.write_text(RAWTHERAPEE_PROFILE)
-    answer = run("rawtherapee-cli", "-o", target, "-p", profile, "-q", "-t", "-b16", "-Y", "-c", path, home=folder)
+    target = folder / "a.tif"
+    answer = run(
+        "rawtherapee-cli", "-o", target, "-p", RAWTHERAPEE_PROFILE, "-q", "-t", "-b16", "-Y", "-c", path, home=folder
+    )
     said = answer.stderr.decode(errors="replace")
     if "Error" in said or not target.exists():
         raise Refused(said.strip())

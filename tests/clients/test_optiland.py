@@ -15,6 +15,7 @@ import camsim
 from camsim.config.lens_glass import by_name
 from camsim.config.lens_import import _prescription, _read, import_zemax
 from camsim.errors import InputError
+from tests.tables import rows
 
 pytestmark = pytest.mark.clients
 pytest.importorskip("optiland", reason="the extra lens is not installed")
@@ -22,36 +23,8 @@ pytest.importorskip("optiland", reason="the extra lens is not installed")
 MAKE = runpy.run_path(str(Path(__file__).parents[2] / "lenses" / "make.py"), run_name="make")
 LINE_PAIRS_PER_MM = np.array([10.0, 20.0, 40.0])
 
-SINGLET = """\
-VERS 181022
-MODE SEQ
-NAME singlet
-UNIT MM X W X CM MR CPMM
-ENPD 10.0
-FTYP 0 0 2 3 0 0 0
-XFLN 0 0
-YFLN 0 5
-WAVM 1 0.55 1
-PWAV 1
-SURF 0
-  TYPE STANDARD
-  CURV 0.0
-  DISZ INFINITY
-SURF 1
-  STOP
-  TYPE STANDARD
-  CURV 0.01
-  DISZ 5
-  GLAS N-BK7 0 0 1.5168 64.17
-SURF 2
-  TYPE STANDARD
-  CURV -0.01
-  DISZ 94.5
-SURF 3
-  TYPE STANDARD
-  CURV 0.0
-  DISZ 0
-"""
+DATA = Path(__file__).parents[1] / "data"
+SINGLET = (DATA / "singlet.zmx").read_text(encoding="utf-8")
 
 
 def optic_of(name):
@@ -158,48 +131,13 @@ def test_one_lens_told_in_many_ways(tmp_path):
         np.testing.assert_allclose(np.array(table["waves"], float), np.array(tables[0]["waves"], float), atol=2e-5)
 
 
-ROUND = r"a surface that is not the same all round the axis \(SURF 2, TYPE {}\); .*leave out tilts, decentres"
-REFUSED = {
-    "feet": ("UNIT MM", "UNIT FEET", r"lengths in 'FEET'; save it in one of MM, CM, IN, METER"),
-    "object heights": ("FTYP 0", "FTYP 1", r"fields by object heights \(FTYP 1\); .*fields as angles \(FTYP 0"),
-    "near": ("DISZ INFINITY", "DISZ 1000", r"object at a finite distance; .*object at infinity \(DISZ INFINITY"),
-    "axis": ("YFLN 0 5", "YFLN 0 0", r"no field but the axis; give the largest one: --field DEGREES, or --field-mm"),
-    "hole": ("  STOP\n", "  STOP\n  OBSC 0 2 0\n", r"an obstruction \(OBSC of SURF 1\), .*circular apertures"),
-    "rectangle": ("  STOP\n", "  STOP\n  SQAP 2 5\n", r"a rectangular aperture \(SQAP of SURF 1\), .*circular"),
-    "factors": (
-        "WAVM 1",
-        "VDXN 0 0.1\nVCYN 0 0.3\nWAVM 1",
-        r"vignetting factors that are not the same all round .* 2\)",
-    ),
-    "toroid": ("CURV -0.01", "TYPE TOROIDAL\n  PARM 2 -90\n  CURV -0.01", ROUND.format("TOROIDAL")),
-    "tilt": ("SURF 2\n", "SURF 2\n  TYPE COORDBRK\n  DISZ 0\n  PARM 3 1.0\nSURF 3\n", ROUND.format("COORDBRK")),
-    "decentre": ("SURF 2\n", "SURF 2\n  TYPE COORDBRK\n  DISZ 0\n  PARM 1 0.1\nSURF 3\n", ROUND.format("COORDBRK")),
-    "glass": ("N-BK7 0 0 1.5168 64.17", "NOSUCH 0 0 1.5 40", r"at SURF 1 the glass 'NOSUCH', which is in no catalogue"),
-    "whose": (
-        "N-BK7 0 0 1.5168 64.17",
-        "F2 0 0 1.5 40",
-        r"glass 'F2', which is another one by SCHOTT, .*\(GCAT SCHOTT\)",
-    ),
-    "dark": (
-        "N-BK7 0 0 1.5168 64.17",
-        "GERMANIUM 0 0 1.5 40",
-        r"'GERMANIUM', which no visible light passes; .*380 to 780",
-    ),
-    "curved": ("CURV 0.0\n  DISZ 0\n", "CURV -0.02\n  DISZ 0\n", r"a curved image surface \(SURF 3, radius -50 mm\)"),
-    "grating": (
-        "CURV -0.01",
-        "TYPE DGRATING\n  CURV -0.01",
-        r"not traced through \(SURF 2, TYPE DGRATING\); .*EVENASPH",
-    ),
-}
-
-
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("case", REFUSED)
-def test_a_zemax_file_that_would_be_read_wrongly_is_refused(tmp_path, case):
-    said, instead, sentence = REFUSED[case]
+@pytest.mark.parametrize(("said", "instead", "sentence"), rows("wrong-prescriptions.txt", "Zemax"))
+def test_a_zemax_file_that_would_be_read_wrongly_is_refused(tmp_path, said, instead, sentence):
     prescription = tmp_path / "singlet.zmx"
-    prescription.write_text(SINGLET.replace(said, instead), encoding="utf-8")
+    text = SINGLET.replace(said.replace("\\n", "\n"), instead.replace("\\n", "\n"))
+    assert text != SINGLET
+    prescription.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=rf"^'singlet\.zmx' has .*{sentence}"):
         import_zemax(prescription)
 

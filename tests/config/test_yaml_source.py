@@ -14,6 +14,7 @@ from camsim.config.scalars import resolve
 from camsim.errors import ConfigError
 from tests.tables import rows
 
+WORDS = "no Yes on off y nan inf 1_000 12:30:00 2000-01-01 1e e5 . 1.2.3 0b11 << ="  # to YAML 1.1 most are more
 PARSERS = [loader for loader in ("CSafeLoader", "SafeLoader") if hasattr(yaml, loader)]
 
 
@@ -47,34 +48,18 @@ def faults(text: str | bytes) -> list[str]:
         ("-07", -7),
         ("0o10", 8),
         ("0x1f", 31),
-        ("1_000", "1_000"),
-        ("12:30:00", "12:30:00"),
-        ("2000-01-01", "2000-01-01"),
-        ("no", "no"),
-        ("Yes", "Yes"),
-        ("on", "on"),
-        ("off", "off"),
-        ("y", "y"),
         ("true", True),
         ("False", False),
         ("null", None),
         ("~", None),
         ("", None),
-        ("nan", "nan"),
-        ("inf", "inf"),
         (".inf", math.inf),
         ("-.Inf", -math.inf),
         ("1e999", math.inf),
         ("'1e-3'", "1e-3"),
         ('"true"', "true"),
         ("|\n  12\n", "12\n"),
-        ("1e", "1e"),
-        ("e5", "e5"),
-        (".", "."),
-        ("1.2.3", "1.2.3"),
-        ("0b11", "0b11"),
-        ("<<", "<<"),
-        ("=", "="),
+        *((word, word) for word in WORDS.split()),
     ],
 )
 def test_scalars_follow_yaml_1_2(text: str, value: object) -> None:

@@ -32,7 +32,7 @@ CAMERA = camsim.Camera(
     lens=LENS,
     photosite=camsim.SquarePhotosite(side_um=4.88),
     cfa=camsim.Cfa.mono(),
-    quantum_efficiency=camsim.QuantumEfficiency([("Y", FLAT)], per="photon", peak=0.5),
+    quantum_efficiency=camsim.QuantumEfficiency([("Y", camsim.Curve((300, 1100), (1, 1)))], per="photon", peak=0.5),
     adc=ADC,
 )
 MEASURING = {"colour": colour, "demosaic": demosaic, "distortion": distortion, "target": target} | {

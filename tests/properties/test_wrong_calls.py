@@ -9,25 +9,11 @@ import numpy as np
 import pytest
 import shapely
 from electronics import LAWS
+from test_many_wrong_calls import CAMERA, EXPOSURE, FLAT, GRID, LIGHT, SCENE
 
 import camsim
 from camsim.errors import CamsimError, InvalidValueError, WrongCallError
 
-FLAT = camsim.Curve((300.0, 1100.0), (1.0, 1.0))
-CAMERA = camsim.Camera(
-    rows=60,
-    cols=80,
-    pitch_um=4.88,
-    lens=camsim.Airy(f_number=8.0),
-    photosite=camsim.SquarePhotosite(side_um=4.88),
-    cfa=camsim.Cfa.mono(),
-    quantum_efficiency=camsim.QuantumEfficiency((("Y", FLAT),), per="photon", peak=0.5),
-    adc=camsim.Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=2.0, base_iso=100.0),
-)
-SCENE = camsim.Scene(background=0.5, shapes=[camsim.Disc(radius_um=9.0, reflectance=0.1)])
-LIGHT = camsim.Light("D55", illuminance_lux=500.0)
-EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
-GRID = camsim.Grid(rows=4, cols=4, pitch_um=4.88)
 CORNERS = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
 TRIANGLE = (("move", 0.0, 0.0), ("line", 1.0, 0.0), ("line", 0.0, 1.0), ("close",))
 
