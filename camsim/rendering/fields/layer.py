@@ -188,11 +188,11 @@ def refined(coefficients: F64, degree: int, times: int) -> F64:
 
 
 def basis(degree: int, t: F64) -> F64:
-    """Return the values (n, degree + 1) of the B-splines that are not 0 between two knots, at 0 ≤ t ≤ 1, in order."""
+    """Return the values (degree + 1, …) of the B-splines that are not 0 between two knots, at 0 ≤ t ≤ 1, in order."""
     if degree == 0:
-        return np.ones((t.size, 1))
+        return np.ones((1, *t.shape))
     if degree == 1:
-        return np.stack([1.0 - t, t], axis=1)
+        return np.stack([1.0 - t, t])
     s = 1.0 - t
-    inner = (3.0 * t**3 - 6.0 * t**2 + 4.0) / 6.0
-    return np.stack([s**3 / 6.0, inner, (3.0 * s**3 - 6.0 * s**2 + 4.0) / 6.0, t**3 / 6.0], axis=1)
+    cubes = s * s * s / 6.0, t * t * t / 6.0
+    return np.stack([cubes[0], 2.0 / 3.0 - t * t + 3.0 * cubes[1], 2.0 / 3.0 - s * s + 3.0 * cubes[0], cubes[1]])

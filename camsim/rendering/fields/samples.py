@@ -199,7 +199,7 @@ def _composite(pieces: int, order: int) -> tuple[F64, F64]:
 
 def _on_grids(coefficients: F64, degree: int, patch: I64, x: F64) -> F64:
     """Return the field (planes, patches, n²) on the grid of places x (n,), 0 … 1, in each patch."""
-    weights = basis(degree, x)
+    weights = basis(degree, x).T
     part = np.stack([_window(coefficients, degree, patch, i, j) for i in range(degree + 1) for j in range(degree + 1)])
     part = part.reshape(degree + 1, degree + 1, len(coefficients), len(patch))
     rows = np.einsum("xj,ijpm->pmix", weights, part)
@@ -216,10 +216,9 @@ def _window(coefficients: F64, degree: int, patch: I64, i: int, j: int) -> F64:
 
 def _values(coefficients: F64, degree: int, patch: I64, t: F64) -> F64:
     """Return the field (planes, patches, nodes) at places t (patches, nodes, 2), 0 … 1 along and down each patch."""
-    across = basis(degree, t[..., 0].ravel()).reshape(*t.shape[:2], -1)
-    down = basis(degree, t[..., 1].ravel()).reshape(*t.shape[:2], -1)
+    across, down = basis(degree, t[..., 0]), basis(degree, t[..., 1])
     out = np.zeros((len(coefficients), *t.shape[:2]))
     for i in range(degree + 1):
         for j in range(degree + 1):
-            out += _window(coefficients, degree, patch, i, j)[:, :, None] * (down[..., i] * across[..., j])
+            out += _window(coefficients, degree, patch, i, j)[:, :, None] * (down[i] * across[j])
     return out

@@ -16,7 +16,7 @@ from camsim.core.arrays import C128, F64, I64
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.errors import UnsupportedError
-from camsim.numerics.nonuniform import modes, modes_of_lines
+from camsim.numerics.nonuniform import modes, modes_of_lines, real_type
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
@@ -137,17 +137,21 @@ class FieldSource:
         """Add the point sources, light (kinds, n), that lie in the lattice's box; return whether there are any."""
         places, light = places.reshape(-1, 2), light.reshape(len(light), -1)
         at = places - np.array(origin)
-        inside = ((at >= np.array(lattice.low)) & (at <= np.array(lattice.high))).all(axis=1)
+        (x, y), low, high = at.T, lattice.low, lattice.high
+        inside = (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1])
         if not inside.any():
             return False
         if not inside.all():
             at, light = at[inside], light[:, inside]
         down, across = phases(at, lattice)
-        turn = half_plane(np.ones(1, complex), across, out.shape[2])
-        at_once = max(1, NODES_AT_ONCE // turn.size)
+        real = real_type(self.precision)
+        turn = half_plane(np.ones(1, complex), across, out.shape[2]).astype(np.result_type(real, np.complex64))
+        down, across, at_once = down.astype(real), across.astype(real), max(1, NODES_AT_ONCE // turn.size)
         for first in range(0, len(out), at_once):
-            some = slice(first, first + at_once)
-            out[some] += modes((down, across), turn * light[some], out.shape[1:], precision=self.precision, sign=-1)
+            strengths = turn * light[first : first + at_once].astype(real)
+            out[first : first + at_once] += modes(
+                (down, across), strengths, out.shape[1:], precision=self.precision, sign=-1
+            )
         return True
 
     @cached_property
@@ -330,5 +334,5 @@ def _spline(t: F64, degree: int) -> F64:
     cell = np.floor(t + 0.5 * (degree + 1)).astype(np.int64)
     inside = (cell >= 0) & (cell <= degree)
     place = t + 0.5 * (degree + 1) - cell
-    values = basis(degree, place)
+    values = basis(degree, place).T
     return np.where(inside, np.take_along_axis(values, np.clip(degree - cell, 0, degree)[:, None], 1)[:, 0], 0.0)
