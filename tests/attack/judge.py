@@ -1,6 +1,7 @@
 """One system rendered and judged: a record with the true error, the estimate, the time and what is wrong."""
 
 import contextlib
+import math
 import signal
 import time
 import traceback
@@ -19,11 +20,15 @@ PATIENCE_S = 25.0  # of one processor's time, then a rendering, or a judge, is s
 QUICK_S, QUICK_PATIENCE_S = 1.0, 3.0  # a quick attack sets aside what is expected to take longer, and its judges stop
 QUICK_CHANGING = 1e-4  # tolerance of a lens that changes over the frame, from which it is quick
 HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance
-FINEST = {"boundary": 1e-11, "fourier": 1e-11}
-ALL_AT_ONCE = 300  # points along the lattice's side: so far the Fourier sum judges every photosite
-IN_ANY_CASE = 1000  # the same where no other road is there
-PLACES, POINTS = 4, 3e6  # photosites judged behind a lens that changes over the frame, and lattices' points in all
+FINEST = 1e-11
+ALL_AT_ONCE_S = 0.15  # so long Fourier sums judge every photosite of a frame
+IN_ANY_CASE_S = 2.5  # the same where no other road is there
+PLACES, PLACES_S = 6, 0.5  # photosites judged behind a lens that changes over the frame, and time for all but the first
 EVALUATIONS = 3e7  # of line integrals: about a third of a second
+OTHER_S = 2.0  # that an engine is expected to take at a tenth of the tolerance
+# Asked for less, both rules of the truth may agree on what is wrong: a curve's far light fades slowly.
+LINES = {"airy": 1e-7, "annular": 1e-7, "gaussian": 1e-7, "curve": 1e-8}
+AT_RANDOM = 8  # photosites judged by line integrals, besides those where closed forms change branch
 
 
 def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
@@ -51,7 +56,10 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     record |= {"method": rendering.method, "seconds": seconds, "estimate": float(rendering.error_estimate)}
     begin = time.process_time()
     record |= {"error": 0.0, "truth_error": 0.0, "judge": "nobody"}
-    with contextlib.suppress(Patience), _at_most(patience_s if thorough else min(patience_s, QUICK_PATIENCE_S)):
+    with (
+        contextlib.suppress(Patience, UnsupportedError, InvalidValueError, AccuracyError),
+        _at_most(patience_s if thorough else min(patience_s, QUICK_PATIENCE_S)),
+    ):
         record |= _errors(system, rendering, rng, thorough)
     record["judge_seconds"] = time.process_time() - begin
     over = record["error"] - record["truth_error"] > system["tolerance"] * (1.0 + 1e-6)
@@ -61,8 +69,6 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
             record["faults"].append("silent")
     elif record["estimate"] > system["tolerance"] * (1.0 + 1e-6) and record["error"] < 0.3 * system["tolerance"]:
         record["faults"].append("alarm")
-    if "other" in record:
-        record["faults"].append("other")
     return record
 
 
@@ -143,24 +149,11 @@ def _errors(system, rendering, rng, thorough):
         found = _by_places(system, truth, image, planes, base, channel, rng, thorough)
         if found["photosites_judged"] or not thorough:
             return found
-    elif (found := _by_waves(truth, image, planes, base, channel, thorough)) is not None:
+    elif (found := _by_waves(system, truth, image, planes, base, channel, thorough)) is not None:
         return found
-    other = _by_the_other(system, truth, rendering.method)
-    found = {"error": 0.0, "truth_error": 0.0, "judge": "nobody", "photosites_judged": 0}
-    worst, is_round = np.zeros(image.shape), truth.round is not None
-    if other is not None:
-        method, tolerance, values = other
-        worst = np.abs(image - values / truth.scale[channel])
-        found |= {"error": float(worst.max()), "truth_error": tolerance, "judge": f"{method} at {tolerance:.1g}"}
-        found |= _place(worst) | {"photosites_judged": image.size}
-    if is_round:
-        one = _by_lines(system, truth, image, planes, base, channel, worst, rng, thorough)
-        # The truth judged the photosites that the other engine thought worst: it has the last word.
-        if found["error"] - one["error"] > system["tolerance"]:
-            one["other"] = f"{found['judge']} is {found['error']:.1g} off"
-        found |= one
-        found["judge"] = "lines" if other is None else "lines and the other engine"
-    return found
+    elif truth.round is not None:
+        return _by_lines(system, truth, image, planes, base, channel, rng, thorough)
+    return _by_the_other(system, truth, rendering)
 
 
 def _by_places(system, truth, image, planes, base, channel, rng, thorough):
@@ -170,16 +163,17 @@ def _by_places(system, truth, image, planes, base, channel, rng, thorough):
     order = [int(np.argmax(sum(slopes, np.zeros(image.shape)))), *some[:2], 0, image.size - 1, *some[2:]]
     lens = systems.optics(system)[0]
     found = {"error": 0.0, "truth_error": 0.0, "judge": "nobody", "photosites_judged": 0}
-    allowed = POINTS * (1.0 if thorough else 0.2)
+    allowed = PLACES_S * (1.0 if thorough else 0.2)
     for place in list(dict.fromkeys(order))[:PLACES]:
         row, col = divmod(place, image.shape[1])
         c = int(channel[row, col])
         if planes is not None and rng.random() < 0.5:
             c = int(rng.integers(len(planes)))
         at = truth.x[col], truth.y[row]
-        one = truth.placed(c)
-        allowed -= one.cost(at)
-        if allowed < 0.0:
+        one = truth.placed(c, _digits(system))
+        cost = one.cost(at)
+        allowed -= cost
+        if allowed < 0.0 and (found["photosites_judged"] or cost > IN_ANY_CASE_S):
             break
         value, error = one.value(at)
         displayed = image[row, col] if planes is None else planes[c, row, col]
@@ -194,20 +188,26 @@ def _by_places(system, truth, image, planes, base, channel, rng, thorough):
     return found
 
 
+def _digits(system):
+    """Of Fourier sums: three more than the tolerance has."""
+    return 3.0 - math.log10(system["tolerance"])
+
+
 def _place(error):
     row, col = np.unravel_index(int(np.argmax(error)), error.shape)
     return {"row": int(row), "col": int(col)}
 
 
-def _by_waves(truth, image, planes, base, channel, thorough):
-    """Every photosite by Fourier sums; None where they ask for too large a lattice."""
-    limit = ALL_AT_ONCE if truth.round is not None or not thorough else IN_ANY_CASE
-    if truth.waves(0).points(truth.x, truth.y) > limit:
+def _by_waves(system, truth, image, planes, base, channel, thorough):
+    """Every photosite by Fourier sums; None where they take too long."""
+    digits = _digits(system)
+    allowed = ALL_AT_ONCE_S if truth.round is not None or not thorough else IN_ANY_CASE_S
+    if len(base) * truth.waves(0, digits).cost(truth.x, truth.y) > allowed:
         return None
     worst = {"error": -1.0, "truth_error": 0.0}
     for c in range(len(base)):
         try:
-            values, error = truth.waves(c).values(truth.x, truth.y)
+            values, error = truth.waves(c, digits).values(truth.x, truth.y)
         except TooLarge:
             return None
         off = np.where(channel == c, np.abs(image - base[c] - values), 0.0)
@@ -218,40 +218,40 @@ def _by_waves(truth, image, planes, base, channel, thorough):
     return worst | {"judge": "waves", "photosites_judged": image.size}
 
 
-def _off_lines(truth, image, planes, base, place, target):
-    """How far a photosite (row, column, channel) is off, and the truth's own error."""
-    row, col, c = place
-    value, error = truth.boundary(c, target).values([[truth.x[col], truth.y[row]]])
-    off = abs(image[row, col] - base[c] - value[0])
-    if planes is not None:
-        off = max(off, abs(planes[c, row, col] - base[c] - value[0]))
-    return float(off), float(error[0])
-
-
-def _by_lines(system, truth, image, planes, base, channel, worst, rng, thorough):
-    """The truth at photosites that the other engine finds worst, that lie on something, and at random."""
-    # Asked for less, its two rules may agree on what is wrong: an annular lens at 5e-7 was 5e-5 off in both.
-    target = min(max(0.02 * system["tolerance"], 1e-13), 1e-9)
-    rows, cols = np.indices(image.shape)
-    order = np.argsort(-worst, axis=None)[:4].tolist() if worst.any() else []
-    order += _aligned(truth, rng)
-    order += rng.permutation(image.size)[:8].tolist()
-    order = list(dict.fromkeys(order))
-    found = {"error": -1.0, "truth_error": 0.0, "photosites_judged": 0}
-    spent, allowed = 0.0, EVALUATIONS * (1.0 if thorough else 0.2)
-    for place in order:
-        row, col = int(rows.flat[place]), int(cols.flat[place])
-        c = int(channel[row, col])
-        spent += truth.boundary(c, target).cost()
-        if spent > allowed and found["photosites_judged"]:
+def _by_lines(system, truth, image, planes, base, channel, rng, thorough):
+    """Photosites that lie on something, the steepest, the last, and some at random."""
+    target = min(max(0.02 * system["tolerance"], 1e-13), LINES[system["lens"]["kind"]])
+    slopes = sum(np.abs(np.gradient(image, axis=axis)) for axis, count in enumerate(image.shape) if count > 1)
+    steepest = [int(np.argmax(slopes))] if image.size > 1 else []
+    order = [*_aligned(truth, rng), *steepest, image.size - 1, *rng.permutation(image.size)[:AT_RANDOM].tolist()]
+    allowed, chosen = EVALUATIONS * (1.0 if thorough else 0.2), {}
+    for place in dict.fromkeys(order):
+        c = int(channel.flat[place])
+        allowed -= truth.boundary(c, target).cost()
+        if allowed < 0.0 and chosen:
             break
-        off, error = _off_lines(truth, image, planes, base, (row, col, c), target)
-        if off - error > system["tolerance"]:  # the truth has to say that twice
-            off, error = _off_lines(truth, image, planes, base, (row, col, c), 1e-3 * target)
-        found["photosites_judged"] += 1
-        if off > found["error"]:
-            found |= {"error": off, "truth_error": error, "row": row, "col": col}
-    return found
+        chosen.setdefault(c, []).append(place)
+    worst = {"error": -1.0, "truth_error": 0.0, "photosites_judged": sum(map(len, chosen.values())), "judge": "lines"}
+    for c, places in chosen.items():
+        off, error = _off_lines(truth, image, planes, base, places, c, target)
+        over = off - error > system["tolerance"]
+        if np.any(over):  # the truth has to say that twice
+            off[over], error[over] = _off_lines(truth, image, planes, base, np.array(places)[over], c, 1e-3 * target)
+        k = int(np.argmax(off))
+        if off[k] > worst["error"]:
+            row, col = divmod(int(places[k]), image.shape[1])
+            worst |= {"error": float(off[k]), "truth_error": float(error[k]), "row": row, "col": col}
+    return worst
+
+
+def _off_lines(truth, image, planes, base, places, c, target):
+    """How far photosites of one channel are off, and the truth's own error."""
+    rows, cols = np.divmod(places, image.shape[1])
+    values, error = truth.boundary(c, target).values(np.stack([truth.x[cols], truth.y[rows]], axis=1))
+    off = np.abs(image[rows, cols] - base[c] - values)
+    if planes is not None:
+        off = np.maximum(off, np.abs(planes[c, rows, cols] - base[c] - values))
+    return off, error
 
 
 def _aligned(truth, rng):
@@ -275,19 +275,14 @@ def _aligned(truth, rng):
     return found
 
 
-def _by_the_other(system, truth, method):
-    """What another engine makes of it at a tenth of the tolerance; the same engine where there is no other."""
-    names = [n for n in ("boundary", "fourier") if n != method] + [method]
-    for name in names:
-        tolerance = max(0.1 * system["tolerance"], FINEST[name])
-        if tolerance > 0.5 * system["tolerance"]:
-            continue
-        try:
-            # The truth judges round lenses in any case, the other engine where it takes a moment.
-            expected = systems.choice(system, tolerance=tolerance, method=name).cost.seconds
-            if expected > (0.5 if truth.round is not None else 5.0):
-                continue
-            return name, tolerance, systems.rendered(system, tolerance=tolerance, method=name).image
-        except (UnsupportedError, InvalidValueError, AccuracyError):
-            continue
-    return None
+def _by_the_other(system, truth, rendering):
+    """What an engine makes of it at a tenth of the tolerance: no truth of its own, where no other takes moments."""
+    channel, found = systems.channel(system), {"error": 0.0, "truth_error": 0.0, "photosites_judged": 0}
+    tolerance = 0.1 * system["tolerance"]
+    if tolerance < FINEST or systems.choice(system, tolerance=tolerance, method="auto").cost.seconds > OTHER_S:
+        return found | {"judge": "nobody"}
+    finer = systems.rendered(system, tolerance=tolerance, method="auto")
+    worst = np.abs(rendering.image - finer.image) / truth.scale[channel]
+    return found | {
+        "judge": "finer", "error": float(worst.max()), "truth_error": tolerance, "photosites_judged": worst.size,
+    } | _place(worst)  # fmt: skip

@@ -1,5 +1,7 @@
 """A system as camsim's objects, as Python to copy, and as the truth's."""
 
+import functools
+
 import numpy as np
 
 import camsim
@@ -290,6 +292,7 @@ class Truth:
         of = [*spectra, ground]  # −1: the background
         self.pieces = [p for p in pieces if np.any(of[p.left] != of[p.right])]
         self.difference = np.array([of[p.left] - of[p.right] for p in self.pieces]).reshape(-1, nm.size)
+        self._boundaries = {}
         self.lights = []
         for k in exposed:
             cutoff = max(lens.cutoff for lens in self.any_lens)
@@ -300,7 +303,7 @@ class Truth:
         self.x = item["origin"][1] + 0.5 - 0.5 * cols + np.arange(item["cols"])
         self.y = item["origin"][0] + 0.5 - 0.5 * rows + np.arange(item["rows"])
 
-    @property
+    @functools.cached_property
     def round(self):
         """The lens at every wavelength, None where it is not round."""
         lens, found = self.system["lens"], []
@@ -318,7 +321,7 @@ class Truth:
                 return None
         return found
 
-    @property
+    @functools.cached_property
     def any_lens(self):
         lens = self.system["lens"]
         if self.round is not None:
@@ -360,26 +363,28 @@ class Truth:
 
     def boundary(self, channel, target):
         """Truth of single photosites in one channel, relative to its scale."""
-        jumps = self.difference * self.response[channel] / self.scale[channel]
-        return BoundaryTruth(
-            self.pieces, self.round, jumps, self.system["photosite"], self.system["olpf"], target=target,
-            lights=self._lights(channel),
-        )  # fmt: skip
+        if (channel, target) not in self._boundaries:
+            jumps = self.difference * self.response[channel] / self.scale[channel]
+            self._boundaries[channel, target] = BoundaryTruth(
+                self.pieces, self.round, jumps, self.system["photosite"], self.system["olpf"], target=target,
+                lights=self._lights(channel),
+            )  # fmt: skip
+        return self._boundaries[channel, target]
 
-    def placed(self, channel):
+    def placed(self, channel, digits=waves.DIGITS):
         """Truth of single photosites behind a lens that changes over the frame, relative to one channel's scale."""
         jumps = self.difference * self.response[channel] / self.scale[channel]
         return field_lens.PlacedTruth(
             self.system["lens"], self.pieces, jumps, self.system["photosite"], self.system["olpf"],
-            nm=self.system["wavelength_nm"], reference_nm=REFERENCE_NM,
+            nm=self.system["wavelength_nm"], reference_nm=REFERENCE_NM, digits=digits,
         )  # fmt: skip
 
-    def waves(self, channel):
+    def waves(self, channel, digits=waves.DIGITS):
         """Truth of all photosites in one channel, relative to its scale."""
         jumps = self.difference * self.response[channel] / self.scale[channel]
         return waves.WaveTruth(
             self.pieces, self.any_lens, jumps, self.system["photosite"], self.system["olpf"],
-            lights=self._lights(channel),
+            lights=self._lights(channel), digits=digits,
         )  # fmt: skip
 
     def _lights(self, channel):

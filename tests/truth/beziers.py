@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+import numba as nb
 import numpy as np
 
 DEPTH = 9  # halves of two curves, in whose boxes they may meet: then Newton says where
@@ -126,19 +127,7 @@ def _polished(powers, t):
 def meets(curve, other):
     """Pairs of parameters where two curves meet that run one way each."""
     found = []
-
-    def look(t, u, s, v, depth):
-        a, b, c, d = curve.at(t), curve.at(u), other.at(s), other.at(v)
-        low, high = np.maximum(np.minimum(a, b), np.minimum(c, d)), np.minimum(np.maximum(a, b), np.maximum(c, d))
-        if np.any(low > high + 1e-13 * np.abs(high)):
-            return
-        if depth:
-            m, n = 0.5 * (t + u), 0.5 * (s + v)
-            for one in ((t, m), (m, u)):
-                for two in ((s, n), (n, v)):
-                    look(*one, *two, depth - 1)
-            return
-        p, q = 0.5 * (t + u), 0.5 * (s + v)
+    for p, q in _close(curve.powers, other.powers):
         for _ in range(8):
             gap, d, e = curve.at(p) - other.at(q), curve.slope(p), other.slope(q)
             across = d[0] * e[1] - d[1] * e[0]
@@ -147,13 +136,54 @@ def meets(curve, other):
             p -= (gap[0] * e[1] - gap[1] * e[0]) / across
             q -= (gap[0] * d[1] - gap[1] * d[0]) / across
             if not (-1.0 < p < 2.0 and -1.0 < q < 2.0):
-                return
+                break
         near = float(np.hypot(*(curve.at(p) - other.at(q)))) <= 1e-12 * (1.0 + np.abs(curve.points).max())
         if near and -1e-9 <= p <= 1.0 + 1e-9 and -1e-9 <= q <= 1.0 + 1e-9:
             found.append((float(p), float(q)))
-
-    look(0.0, 1.0, 0.0, 1.0, DEPTH)
     return found
+
+
+@nb.njit(cache=True)
+def _close(curve, other):
+    """Middles of parts of two curves, by their powers, that share a box after so many halvings: (p, q)."""
+    found = [(0.0, 0.0) for _ in range(0)]
+    todo = [(0.0, 1.0, 0.0, 1.0, DEPTH)]
+    while todo:
+        t, u, s, v, depth = todo.pop()
+        apart = False
+        for axis in range(2):
+            a, b, c, d = _on(curve, t, axis), _on(curve, u, axis), _on(other, s, axis), _on(other, v, axis)
+            low, high = max(min(a, b), min(c, d)), min(max(a, b), max(c, d))
+            apart = apart or low > high + 1e-13 * abs(high)
+        if apart:
+            continue
+        m, n = 0.5 * (t + u), 0.5 * (s + v)
+        if depth == 0:
+            found.append((m, n))
+            continue
+        todo.append((m, u, n, v, depth - 1))
+        todo.append((m, u, s, n, depth - 1))
+        todo.append((t, m, n, v, depth - 1))
+        todo.append((t, m, s, n, depth - 1))
+    return found
+
+
+@nb.njit(cache=True)
+def _on(powers, t, axis):
+    return powers[0, axis] + t * (powers[1, axis] + t * (powers[2, axis] + t * powers[3, axis]))
+
+
+@nb.njit(cache=True)
+def _level(powers, y, up):
+    """x where a curve that runs one way along y comes to a level, by halving."""
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if (_on(powers, middle, 1) <= y) == up:
+            low = middle
+        else:
+            high = middle
+    return _on(powers, 0.5 * (low + high), 0)
 
 
 def outlines(shape):
@@ -178,11 +208,11 @@ def winds(sides, point):
         if (ay <= point[1]) == (by <= point[1]) or max(ax, bx) <= point[0]:
             continue
         if min(ax, bx) <= point[0]:
-            low, high, up = 0.0, 1.0, by > ay
-            for _ in range(60):
-                middle = 0.5 * (low + high)
-                low, high = (middle, high) if (side.at(middle)[1] <= point[1]) == up else (low, middle)
-            if side.at(0.5 * (low + high))[0] <= point[0]:
+            if isinstance(side, Bezier):
+                x = _level(side.powers, point[1], by > ay)
+            else:
+                x = ax + (point[1] - ay) / (by - ay) * (bx - ax)
+            if x <= point[0]:
                 continue
         total += 1 if by > ay else -1
     return total

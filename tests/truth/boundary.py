@@ -20,8 +20,11 @@ import numpy as np
 from tests.truth import photosites
 from tests.truth.beziers import Bezier
 from tests.truth.pupils import gauss
+from tests.truth.waves import alike
 
-CELLS = 12  # of a table, per shortest wavelength on the sensor
+CELLS = 7, 5  # of the two tables, per shortest wavelength on the sensor: to 1e-11
+FINE_CELLS = 12, 9  # for targets below ``FINE``
+FINE = 1e-10
 DEGREE = 9
 NODES = 20
 
@@ -39,17 +42,20 @@ class BoundaryTruth:
     def __init__(self, pieces, lenses, jumps, photosite, olpf, *, target, lights=()):
         self.lights = lights
         self.pieces, self.lenses, self.photosite, self.olpf = pieces, lenses, photosite, olpf
-        self.rows, self.kind_of = np.unique(np.asarray(jumps, float), axis=0, return_inverse=True)
-        self.kind_of = self.kind_of.ravel()
+        weights = np.array([one for *_, one in lights], float).reshape(-1, len(lenses))
+        rows = np.concatenate([np.asarray(jumps, float).reshape(-1, len(lenses)), weights])
+        self.rows, self.kind_of, self.times = alike(rows)
         self.length = 1.0 / max(lens.cutoff for lens in lenses)
-        longest = 1.0 / min(lens.cutoff for lens in lenses)
-        self.resolved = longest * max(30.0, 1.2 * (3e-3 / target) ** 0.4)
+        slowest = max(getattr(lens, "beat", 1.0) / lens.cutoff for lens in lenses)
+        self.resolved = slowest * max(30.0, 1.2 * (3e-3 / target) ** 0.4)
+        self.cells = FINE_CELLS if target < FINE else CELLS
+        self._known = {}
 
     def values(self, points):
         """Light of every photosite centre (n, 2), less the background's, and the error of each."""
         points = np.asarray(points, float)
-        fine = self._values(points, panel=3.0, density=7.0, resolved=self.resolved, cells=CELLS)
-        other = self._values(points, panel=4.0, density=5.0, resolved=0.6 * self.resolved, cells=CELLS - 3)
+        fine = self._values(points, panel=3.0, density=7.0, resolved=self.resolved, cells=self.cells[0])
+        other = self._values(points, panel=4.0, density=5.0, resolved=0.6 * self.resolved, cells=self.cells[1])
         fine, other = fine + self._exposed(points, 0), other + self._exposed(points, 1)
         return fine, np.abs(fine - other) + 1e-14 * (1.0 + len(self.pieces))
 
@@ -59,13 +65,15 @@ class BoundaryTruth:
         spots = photosites.spots(self.olpf)
         order = math.ceil(2.6 * photosites.reach(self.photosite) / self.length) + (12, 9)[way]
         inner, share = photosites.inner_nodes(self.photosite, order)
-        for *ways, weights in self.lights:
+        inner, share = (spots[:, None] + inner).reshape(-1, 2), np.tile(share, len(spots)) / len(spots)
+        farthest = np.hypot(*inner.T).max() + self.length
+        for (*ways, _), kind, times in zip(
+            self.lights, self.kind_of[len(self.pieces) :], self.times[len(self.pieces) :], strict=True
+        ):
             places, light = ways[way]
-            for k, point in enumerate(points):
-                for node, part in zip((spots[:, None] + inner).reshape(-1, 2), np.tile(share, len(spots)), strict=True):
-                    r = np.hypot(*(places - point - node).T)
-                    seen = sum(w * lens.pattern(r) for w, lens in zip(weights, self.lenses, strict=True) if w != 0.0)
-                    total[k] += part / len(spots) * float(np.sum(light * seen))
+            last = max(float(np.hypot(*(places - point).T).max()) for point in points) + farthest
+            *_, patterns = self._tables(last, self.cells[way])
+            total += times * _seen(points, places, light, inner, share, patterns[kind], self.length / self.cells[way])
         return total
 
     def cost(self):
@@ -91,7 +99,7 @@ class BoundaryTruth:
         reach = photosites.reach(self.photosite) + float(np.hypot(*photosites.spots(self.olpf).T).max())
         farthest = max(_farthest(points, piece).max() for piece in self.pieces) + 2.0 * reach
         last = min(farthest, resolved + (panel + 2.0) * self.length + 2.0 * reach) * 1.001 + self.length
-        fields, potentials = self._tables(last, cells)
+        fields, potentials, _ = self._tables(last, cells)
         c1 = self.rows @ np.array([lens.powers[0] for lens in self.lenses])
         c3 = self.rows @ np.array([lens.powers[1] for lens in self.lenses])
         whole = self.rows.sum(axis=1)
@@ -107,9 +115,10 @@ class BoundaryTruth:
             border = (d[:, None] + border).reshape(-1, 2)
         x, w = gauss(NODES)
         total = np.zeros(len(points))
-        for piece, kind in zip(self.pieces, self.kind_of, strict=True):
+        of = zip(self.pieces, self.kind_of[: len(self.pieces)], self.times[: len(self.pieces)], strict=True)
+        for piece, kind, times in of:
             straight, begin, stop, height = _frame(points, piece)
-            total += _integrals(
+            total += times * _integrals(
                 points, straight, *_bent(piece), begin, stop, height,
                 _direction(piece), panel * self.length, resolved, reach, border, normal, inner, share,
                 fields[kind], potentials[kind], self.length / cells, whole[kind], c1[kind], c3[kind], x, w,
@@ -117,7 +126,12 @@ class BoundaryTruth:
         return total
 
     def _tables(self, last, cells):
-        """E/(2πr²) and Φ of every row of jumps, as polynomials (kinds, cells, degree) on equal cells of radius."""
+        """E/(2πr²), Φ and P of every row of jumps, as polynomials (kinds, cells, degree) on equal cells of radius."""
+        if cells not in self._known or self._known[cells][0] < last:
+            self._known[cells] = (last, *self._made(last, cells))
+        return self._known[cells][1:]
+
+    def _made(self, last, cells):
         step = self.length / cells
         count = math.ceil(last / step) + 2
         t, coefficients, rising, at_nodes, powers, more_powers = _bases()
@@ -126,17 +140,17 @@ class BoundaryTruth:
         u, w = gauss(24)
         u, w = 0.5 * (1.0 + u), 0.5 * w
         at_near = r[:near, :, None] * u
-        rings = np.zeros((len(self.rows), *r.shape))
+        patterns = np.zeros((len(self.rows), *r.shape))
         first = np.zeros((len(self.rows), near, r.shape[1]))
         for j, lens in enumerate(self.lenses):
             used = self.rows[:, j] != 0.0
             if not used.any():
                 continue
-            rings[used] += np.multiply.outer(self.rows[used, j], 2.0 * np.pi * r * lens.pattern(r))
+            patterns[used] += np.multiply.outer(self.rows[used, j], lens.pattern(r))
             start = (lens.pattern(at_near) * u) @ w  # E/(2πr²) = ∫ P(ru)·u du
             first[used] += np.multiply.outer(self.rows[used, j], start)
         fields, potentials = [], []
-        for ring, start in zip(rings, first, strict=True):
+        for ring, start in zip(2.0 * np.pi * r * patterns, first, strict=True):
             inside = 0.5 * step * (ring @ coefficients.T @ rising.T)
             ends = np.concatenate([[0.0], np.cumsum(inside.sum(axis=1))])
             energy = ends[:-1, None] + inside @ at_nodes.T
@@ -147,7 +161,7 @@ class BoundaryTruth:
             ends = np.concatenate([[0.0], np.cumsum(inside.sum(axis=1))])
             inside[:, 0] += ends[:-1]
             potentials.append(inside @ more_powers)
-        return np.array(fields), np.array(potentials)
+        return np.array(fields), np.array(potentials), patterns @ coefficients.T @ powers
 
 
 @functools.cache
@@ -221,6 +235,19 @@ def _polynomial(cells, u):
     for k in range(c.size - 2, -1, -1):
         value = value * t + c[k]
     return value
+
+
+@nb.njit(cache=True)
+def _seen(points, places, light, inner, share, pattern, step):
+    """Light at points of all places, by the pattern between them and the nodes of a photosite."""
+    out = np.zeros(len(points))
+    for p in range(len(points)):
+        for k in range(len(inner)):
+            x, y, one = points[p, 0] + inner[k, 0], points[p, 1] + inner[k, 1], 0.0
+            for q in range(len(light)):
+                one += light[q] * _polynomial(pattern, math.hypot(places[q, 0] - x, places[q, 1] - y) / step)
+            out[p] += share[k] * one
+    return out
 
 
 @nb.njit(cache=True)

@@ -25,10 +25,11 @@ class PlacedTruth:
     lens   : f-number as ``blur`` (λN at ``reference_nm``), wavelength_nm, zernike, waves, and heights with distortion
              or distortion_powers, lateral (wavelengths, heights) and illumination, or x and y
     pieces : from ``picture.pieces`` of the scene without distortion;  jumps, photosite, olpf: as in ``WaveTruth``
-    nm     : wavelengths of jumps
+    nm     : wavelengths of jumps;  digits: as in ``WaveTruth``
     """
 
-    def __init__(self, lens, pieces, jumps, photosite, olpf, *, nm, reference_nm):
+    def __init__(self, lens, pieces, jumps, photosite, olpf, *, nm, reference_nm, digits=waves.DIGITS):
+        self.digits = digits
         self.lens, self.pieces, self.jumps, self.photosite, self.olpf = lens, pieces, jumps, photosite, olpf
         self.nm, self.reference_nm = nm, reference_nm
 
@@ -38,13 +39,13 @@ class PlacedTruth:
         return float(values[0, 0]), error
 
     def cost(self, place):
-        """Points of all wavelengths' lattices: 3e5 take about a second."""
-        return len(self.nm) * self._of(place).points(np.zeros(1), np.zeros(1)) ** 2
+        """Seconds that a value takes, about."""
+        return self._of(place).cost(np.zeros(1), np.zeros(1))
 
     def _of(self, place):
         place = np.array(place, float)
         seen = [fallen(piece, self.lens, place) for piece in self.pieces]
-        return waves.WaveTruth(seen, self.openings(place), self.jumps, self.photosite, self.olpf)
+        return waves.WaveTruth(seen, self.openings(place), self.jumps, self.photosite, self.olpf, digits=self.digits)
 
     def openings(self, place):
         """The pupil at a place, at every wavelength."""

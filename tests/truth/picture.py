@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import mpmath
+import numba as nb
 import numpy as np
 
 from tests.truth import beziers
@@ -218,16 +219,29 @@ def inside(shape, point):
         within = shape.get("inner", -1.0) < math.hypot(x, y) < shape["radius"]
         turned = math.degrees(math.atan2(y, x)) - shape.get("from_deg", 0.0)
         return within and turned % 360.0 < shape.get("turn_deg", 361.0)
-    return _winds(corners(shape) - point) and not any(_winds(np.array(hole) - point) for hole in shape.get("holes", ()))
+    rings = shape.get("rings") or _rings(shape)
+    x, y = float(point[0]), float(point[1])
+    return _winds(rings[0], x, y) and not any(_winds(hole, x, y) for hole in rings[1:])
 
 
-def _winds(p):
-    """Whether a closed outline (n, 2) goes round the origin."""
-    q = np.roll(p, -1, axis=0)
-    cross = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-    up = (p[:, 1] <= 0.0) & (q[:, 1] > 0.0) & (cross > 0.0)
-    down = (p[:, 1] > 0.0) & (q[:, 1] <= 0.0) & (cross < 0.0)
-    return int(np.count_nonzero(up)) != int(np.count_nonzero(down))
+def _rings(shape):
+    """Corners of a polygon or a rectangle, and of its holes."""
+    return [corners(shape), *(np.array(hole, float) for hole in shape.get("holes", ()))]
+
+
+@nb.njit(cache=True)
+def _winds(corners, x, y):
+    """Whether a closed outline (n, 2) goes round a point."""
+    total = 0
+    for k in range(len(corners)):
+        ax, ay = corners[k - 1, 0] - x, corners[k - 1, 1] - y
+        bx, by = corners[k, 0] - x, corners[k, 1] - y
+        cross = ax * by - ay * bx
+        if ay <= 0.0 < by and cross > 0.0:
+            total += 1
+        if by <= 0.0 < ay and cross < 0.0:
+            total -= 1
+    return total != 0
 
 
 def seen(shapes, point):
@@ -277,8 +291,12 @@ def pieces(shapes):
 
 
 def ready(shape):
-    """A shape with the sides of its paths, which take a while to be made."""
-    own = shape | {"sides": outline(shape)} if shape["kind"] == "path" else shape
+    """A shape with the sides of its paths and the corners of its polygons, which take a while to be made."""
+    own = dict(shape)
+    if shape["kind"] == "path":
+        own["sides"] = outline(shape)
+    if shape["kind"] in ("polygon", "rectangle"):
+        own["rings"] = _rings(shape)
     return own | {"clips": [ready(clip) for clip in shape["clips"]]} if "clips" in shape else own
 
 
@@ -303,16 +321,17 @@ def _sides(shapes, sides, own, side, stretch, near, boxes):
         gap = np.hypot(*np.maximum(np.maximum(boxes[:, :2] - at, at - boxes[:, 2:]), 0.0).T)
         for j in np.flatnonzero(gap <= np.maximum(reach, ALONG * near)):
             gap[j] = sides[j][1].distance(at)
-        gaps.append(np.delete(gap, own))
-    near = np.delete(near, own)
-    k = int(np.argmin([np.count_nonzero(np.array(each) <= ALONG * near) for each in gaps]))
+        gap[own] = math.inf
+        gaps.append(gap)
+        if np.all(gap > ALONG * near):
+            break
+    k = int(np.argmin([np.count_nonzero(each <= ALONG * near) for each in gaps]))
     t, step = places[k], 0.05 * (end - begin) * side.length
     middle = side.at(t)
-    for j, gap, same in zip([j for j in range(len(sides)) if j != own], gaps[k], ALONG * near, strict=True):
-        if gap > same:
-            step = min(step, 0.25 * gap)
-        elif j < own:
-            return None
+    beside = gaps[k] > ALONG * near
+    if not np.all(beside[:own]):
+        return None
+    step = min(step, 0.25 * float(gaps[k][beside].min(initial=math.inf)))
     if isinstance(side, Arc):
         step = min(step, 0.25 * float(side.axes.min() ** 2 / side.axes.max()))
     if isinstance(side, Bezier):

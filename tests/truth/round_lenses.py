@@ -26,6 +26,11 @@ class Airy:
     def cutoff(self):
         return 1.0 / self.blur
 
+    @property
+    def beat(self):
+        """How much slower the slowest thing in it oscillates than the fastest: both rims against each other."""
+        return 1.0 / (1.0 - self.e) if self.e else 1.0
+
     def pattern(self, r):
         x = np.pi * np.asarray(r, float) / self.blur
         amplitude = _jinc(x) - self.e**2 * _jinc(self.e * x)

@@ -18,12 +18,13 @@ import numba as nb
 import numpy as np
 from scipy import fft, special
 
-from tests.truth import photosites, picture, pupils
+from tests.truth import photosites, picture, pupils, sums
 from tests.truth.beziers import Bezier
 from tests.truth.pupils import TooLarge
 
-BAND = 23.5  # of the taper's transform, over its width: beyond it is below 1e-16
+DIGITS = 16.0
 LARGEST = 2600  # points along a side of the lattice
+SUM_S, PIECE_S = 1e-7, 4e-9  # a point takes, and besides for every piece of outline
 
 
 class WaveTruth:
@@ -32,9 +33,12 @@ class WaveTruth:
     pieces  : from ``picture.pieces``;  jumps: (pieces, n) as in ``BoundaryTruth``
     lenses  : (n,) of ``round_lenses``, or objects below
     lights  : of fields, as in ``BoundaryTruth``
+    digits  : to which a taper's transform and sums of waves are followed
     """
 
-    def __init__(self, pieces, lenses, jumps, photosite, olpf, *, lights=()):
+    def __init__(self, pieces, lenses, jumps, photosite, olpf, *, lights=(), digits=DIGITS):
+        self.digits = digits
+        self.steep = math.sqrt(digits * math.log(10.0))  # erfc of it, and its transform as far out, have so many
         self.pieces, self.lenses, self.photosite, self.olpf = pieces, lenses, photosite, olpf
         self.lights = lights
         weights = np.array([one for *_, one in lights], float).reshape(-1, len(lenses))
@@ -48,7 +52,7 @@ class WaveTruth:
         if not self.pieces and not self.lights:
             return np.zeros((y.size, x.size)), 0.0
         fine = self._values(x, y, 1.25, 1.0, 0)
-        other = self._values(x, y, 1.0, 1.3, 1)
+        other = self._values(x, y, 1.0, 1.15, 1)
         return fine, float(np.abs(fine - other).max()) + 1e-14 * (1 + len(self.pieces))
 
     def plan(self, x, y, wider):
@@ -64,16 +68,20 @@ class WaveTruth:
             # Copies a period further on must be out of reach; nothing is tapered.
             outer = max(fading) * wider
             return inner, outer, inner + outer, None, 2.0 * self.cutoff
-        taper = wider * max(6.0 / self.cutoff, math.sqrt(2.0 * BAND * inner / self.cutoff))
+        beyond = 1.2 * 2.0 * self.steep**2 / math.pi  # how far its transform reaches, over its width
+        taper = wider * max(self.steep / self.cutoff, math.sqrt(2.0 * beyond * inner / self.cutoff))
         outer = inner + taper
-        return inner, outer, inner + outer, taper, 2.0 * (self.cutoff + 2.0 * BAND / taper)
+        return inner, outer, inner + outer, taper, 2.0 * (self.cutoff + beyond / taper)
 
-    def points(self, x, y):
-        """Points along a side of the larger of the two lattices."""
+    def cost(self, x, y):
+        """Seconds that values take, about; without end where the lattice is too large."""
         if not self.pieces and not self.lights:
-            return 0
+            return 0.0
         *_, period, _, band = self.plan(np.asarray(x, float), np.asarray(y, float), 1.25)
-        return math.ceil(period * band)
+        if period * band > LARGEST:
+            return math.inf
+        each_s = SUM_S + len(self.pieces) * PIECE_S + sum(lens.sample_s for lens in self.lenses)
+        return 2.0 * (period * band) ** 2 * each_s
 
     def _values(self, x, y, wider, spare, way):
         inner, outer, period, taper, band = self.plan(x, y, wider)
@@ -87,38 +95,42 @@ class WaveTruth:
         kinds, times = np.split(self.kind_of, [len(self.pieces)]), np.split(self.times, [len(self.pieces)])
         for row in range(len(self.rows)):
             one = [(p, t) for p, t, k in zip(self.pieces, times[0], kinds[0], strict=True) if k == row]
-            seen = _scene(one, kx, ky, (24, 20)[way])
+            seen = _scene(one, kx, ky, (24, 20)[way], self.digits)
             for (*ways, _), t, kind in zip(self.lights, times[1], kinds[1], strict=True):
                 if kind == row:
                     places, light = ways[way]
-                    seen += _points(places, t * light, kx, ky)
+                    seen += _points(places, t * light, kx, ky, self.digits)
             total += seen * transfers[row]
         return seen_at(x, y, total, kx, ky, self.photosite, self.olpf)
 
     def _transfers(self, kx, ky, period, count, inner, outer, taper, spare):
         """Σ over the wavelengths, for every row of jumps: (ky, kx)."""
-        sums = [0.0] * len(self.rows)
+        totals = [0.0] * len(self.rows)
         if taper is None:
             for j, lens in enumerate(self.lenses):
                 one = lens.transfer(kx, ky)
-                sums = [s + row[j] * one for s, row in zip(sums, self.rows, strict=True)]
-            return sums
+                totals = [s + row[j] * one for s, row in zip(totals, self.rows, strict=True)]
+            return totals
         step = period / count
         far = math.floor(outer / step)
         at = step * np.arange(-far, far + 1)
-        window = 0.5 * special.erfc(6.0 * (2.0 * (np.abs(at) - inner) / (outer - inner) - 1.0))
+        window = 0.5 * special.erfc(self.steep * (2.0 * (np.abs(at) - inner) / (outer - inner) - 1.0))
         window = np.outer(window, window) * step**2
         for j, lens in enumerate(self.lenses):
-            one = lens.samples(at, spare) * window
-            sums = [s + row[j] * one for s, row in zip(sums, self.rows, strict=True)]
-        found = []
-        place = np.arange(-far, far + 1) % count
-        for one in sums:
-            # Rows and columns a period apart fall on one another: frequencies are multiples of 1/period.
-            folded = np.zeros((count, count))
-            np.add.at(folded, (place[:, None], place[None]), one)
-            found.append(fft.rfft2(folded.T).T)
-        return found
+            one = lens.samples(at, spare, self.digits) * window
+            totals = [s + row[j] * one for s, row in zip(totals, self.rows, strict=True)]
+        return [fft.rfft2(_folded(one, far, count).T).T for one in totals]
+
+
+def _folded(one, far, count):
+    """Samples at −far … far as those of one period: frequencies are multiples of 1/period."""
+    for axis in (0, 1):
+        one = np.moveaxis(one, axis, 0)
+        folded = np.zeros((count, one.shape[1]))
+        folded[: far + 1] = one[far:]
+        folded[count - far :] += one[:far]
+        one = np.moveaxis(folded, 0, axis)
+    return one
 
 
 def alike(jumps):
@@ -141,33 +153,57 @@ def seen_at(x, y, total, kx, ky, photosite, olpf):
     return (down @ (total @ across)).real * ky[1] ** 2
 
 
-class Round:
+class _Sampled:
+    """Samples of a point image, kept: every channel asks for the same ones."""
+
+    def __init__(self):
+        self._known = {}
+
+    def samples(self, at, spare, digits):
+        key = (at.size, float(at[0]), spare)
+        if key not in self._known:
+            self._known[key] = self.pattern(at, spare, digits)
+        return self._known[key]
+
+
+class Round(_Sampled):
     """A round lens of ``round_lenses`` as samples."""
 
     def __init__(self, lens):
+        super().__init__()
         self.lens, self.cutoff = lens, lens.cutoff
+        self.sample_s = 1e-6 if hasattr(lens, "frequency") else 4e-8
 
-    def samples(self, at, spare):
-        r = np.hypot(at, at[:, None])
+    def pattern(self, at, spare, digits):
+        half = at.size // 2
+        r = np.hypot(at[half:], at[half:, None])
         if hasattr(self.lens, "frequency"):
             unique, back = np.unique(np.round(r, 12), return_inverse=True)
-            return self.lens.pattern(unique)[back].reshape(r.shape)
-        return self.lens.pattern(r)
+            quarter = self.lens.pattern(unique)[back].reshape(r.shape)
+        else:
+            quarter = self.lens.pattern(r)
+        lower = np.concatenate([quarter[:, :0:-1], quarter], axis=1)
+        return np.concatenate([lower[:0:-1], lower])
 
 
-class Opening:
+class Opening(_Sampled):
     """A pupil and a wavefront; ``lens['blur']``: λN in pitches per nm of wavelength."""
 
+    sample_s = 3e-7
+
     def __init__(self, lens, wavelength_nm):
+        super().__init__()
         self.lens, self.wavelength_nm = lens, wavelength_nm
         self.cutoff = max(pupils.extent(lens["pupil"])) / (lens["blur"] * wavelength_nm)
 
-    def samples(self, at, spare):
-        return pupils.pattern(self.lens, self.wavelength_nm, at, at, spare)
+    def pattern(self, at, spare, digits):
+        return pupils.pattern(self.lens, self.wavelength_nm, at, at, spare, digits)
 
 
 class Ellipse:
     """A Gaussian with a covariance; its transfer in closed form."""
+
+    sample_s = 4e-8
 
     def __init__(self, covariance):
         self.covariance = np.array(covariance, float)
@@ -185,6 +221,8 @@ class Samples:
 
     The slope is the integral of a Kaiser–Bessel window of parameter 32.
     """
+
+    sample_s = 4e-8
 
     def __init__(self, irradiance, spacing):
         self.irradiance = np.array(irradiance, float)
@@ -269,7 +307,7 @@ def _box(piece):
     return [*np.minimum(a, b), *np.maximum(a, b)]
 
 
-def _scene(one, kx, ky, order):
+def _scene(one, kx, ky, order, digits):
     """∫ exp(−2πi k·y) over what lies left of the pieces, (ky, kx), each so many times: parts of closed outlines."""
     total = np.zeros((ky.size, kx.size), complex)
     straight = [(p, t) for p, t in one if not isinstance(p, Mapped) and p.straight]
@@ -286,8 +324,8 @@ def _scene(one, kx, ky, order):
         normal = np.stack([steps[:, 1], -steps[:, 0]], axis=1)
         at_zero += 0.5 * float(np.sum(places * normal))
         # ∫ exp(−2πi k·y) dA = ∮ i/(2π|k|²) (k·n) exp(−2πi k·y) ds
-        total += _points(places, normal[:, 0], kx, ky) * kx
-        total += _points(places, normal[:, 1], kx, ky) * ky[:, None]
+        total += _points(places, normal[:, 0], kx, ky, digits) * kx
+        total += _points(places, normal[:, 1], kx, ky, digits) * ky[:, None]
     square = kx**2 + ky[:, None] ** 2
     square[0, 0] = 1.0
     total *= 1j / (2.0 * np.pi * square)
@@ -295,25 +333,29 @@ def _scene(one, kx, ky, order):
     return total
 
 
-def _points(places, light, kx, ky):
+def _points(places, light, kx, ky, digits):
     """Σ light · exp(−2πi k·x), (ky, kx)."""
-    total = np.zeros((ky.size, kx.size), complex)
-    for some in np.array_split(np.arange(len(light)), len(light) // 2000 + 1):
-        down = np.exp(-2j * np.pi * np.outer(ky, places[some, 1])) * light[some]
-        total += down @ np.exp(-2j * np.pi * np.outer(places[some, 0], kx))
-    return total
+    return sums.over_the_plane(places, light, float(ky[1]), kx.size, digits)
 
 
 @nb.njit(cache=True)
 def _straight(a, b, times, kx, ky, total):
-    """Add (k·n)·∫ exp(−2πi k·y) ds of straight pieces, each so many times, n to the right of their direction."""
+    """Add (k·n)·∫ exp(−2πi k·y) ds of straight pieces, each so many times, n to the right of their direction.
+
+    Away from k·e = 0 that is what the waves at both ends differ by.
+    """
     for p in range(len(a)):
         ex, ey = b[p, 0] - a[p, 0], b[p, 1] - a[p, 1]
         mx, my = 0.5 * (a[p, 0] + b[p, 0]), 0.5 * (a[p, 1] + b[p, 1])
         across = times[p] * np.exp(-2j * np.pi * mx * kx)
+        along = np.exp(1j * np.pi * ex * kx)
         for i in range(ky.size):
             down = np.exp(-2j * np.pi * my * ky[i])
+            up = np.exp(1j * np.pi * ey * ky[i])
             for j in range(kx.size):
                 u = math.pi * (kx[j] * ex + ky[i] * ey)
-                sinc = math.sin(u) / u if abs(u) > 1e-4 else 1.0 - u * u / 6.0
+                if abs(u) > 0.05:
+                    sinc = (along[j].real * up.imag + along[j].imag * up.real) / u
+                else:
+                    sinc = 1.0 - u * u / 6.0 * (1.0 - u * u / 20.0 * (1.0 - u * u / 42.0 * (1.0 - u * u / 72.0)))
                 total[i, j] += (kx[j] * ey - ky[i] * ex) * sinc * (down * across[j])
