@@ -25,6 +25,7 @@ BEYOND = 10  # every so many lies beyond what people take
 DIGITS, BLUR, SIDES = (2.0, 6.0), (0.3, 5.0), (16.0, 96.0)
 DIGITS_BEYOND, BLUR_BEYOND = (2.0, 11.0), (0.02, 50.0)
 ROUND = ("airy", "annular", "gaussian")  # scenery without end lies behind these
+RECTANGLES = ("point", "square", "rectangle")  # the photosites that the boundary engine knows
 STRAIGHT_DIGITS = 5.0  # the finest tolerance behind pupils with straight sides
 STEEP_DIGITS = 4.0  # up to which wavefronts of many waves are kept
 WAVES = {"circular": (2.0, 15.0), "square": (1.0, 5.0), "bladed": (1.0, 5.0)}  # rms at most: at any tolerance, and then
@@ -85,8 +86,10 @@ def draw(seed, number):
 
 
 def _within(system):
-    """Make tolerance and wavefront such as are kept: many waves and straight sides ask for fewer digits."""
+    """Make engine, tolerance and wavefront such as are kept: many waves and straight sides ask for fewer digits."""
     lens = system["lens"]
+    if system["photosite"]["kind"] not in RECTANGLES and system["method"] == "boundary":
+        system["method"] = "auto"
     if lens["kind"] != "wavefront":
         return
     shape = lens["pupil"]["shape"]

@@ -16,16 +16,16 @@ from tests.attack.draw import draw
 from tests.truth import field_lens
 from tests.truth.pupils import TooLarge
 
-PATIENCE_S = 25.0  # of one processor's time, then a rendering, or a judge, is stopped: to be slow is no fault
+PATIENCE_S = 10.0  # of one processor's time, then a rendering, or a judge, is stopped: to be slow is no fault
 QUICK_S, QUICK_PATIENCE_S = 1.0, 3.0  # a quick attack sets aside what is expected to take longer, and its judges stop
 QUICK_CHANGING = 1e-4  # tolerance of a lens that changes over the frame, from which it is quick
 HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance
 FINEST = 1e-11
 ALL_AT_ONCE_S = 0.15  # so long Fourier sums judge every photosite of a frame
-IN_ANY_CASE_S = 2.5  # the same where no other road is there
+IN_ANY_CASE_S = 2.0  # the same where no other road is there
 PLACES, PLACES_S = 6, 0.5  # photosites judged behind a lens that changes over the frame, and time for all but the first
 EVALUATIONS = 3e7  # of line integrals: about a third of a second
-OTHER_S = 2.0  # that an engine is expected to take at a tenth of the tolerance
+OTHER_S = 0.5  # that an engine is expected to take at a tenth of the tolerance
 # Asked for less, both rules of the truth may agree on what is wrong: a curve's far light fades slowly.
 LINES = {"airy": 1e-7, "annular": 1e-7, "gaussian": 1e-7, "curve": 1e-8}
 AT_RANDOM = 8  # photosites judged by line integrals, besides those where closed forms change branch
