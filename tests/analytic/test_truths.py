@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.truth import fields, groups, photosites, picture, pupils, rays, round_lenses, samples, waves
+from tests.truth import fields, groups, photosites, picture, pupils, rays, round_lenses, samples, sums, waves
 from tests.truth.boundary import BoundaryTruth
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
@@ -222,6 +222,28 @@ def test_a_pupil_without_aberrations_is_an_airy_pattern(obstruction):
     at = 0.37 * np.arange(-40, 41)
     expected = round_lenses.Airy(1.0, obstruction).pattern(np.hypot(at, at[:, None]))
     assert np.abs(pupils.pattern(lens, 500.0, at, at) - expected).max() < 1e-13
+
+
+@pytest.mark.parametrize(("digits", "off"), [(5.0, 1e-5), (9.0, 1e-9), (16.0, 2e-14)])
+@pytest.mark.parametrize("count", [8, 90])
+def test_sums_of_waves_are_those_of_their_definition(count, digits, off, rng):
+    """Relative to all light, which is what the digits count."""
+    places, light = rng.uniform(-1.0, 1.0, (5, 40)), np.exp(1j * rng.uniform(-3.0, 3.0, (5, 40)))
+    waved = np.exp(1j * places[..., None] * (-31.0 + 0.7 * np.arange(count)))
+    rows = sums.of_rows(places, light, -31.0, 0.7, count, digits)
+    assert np.abs(rows - np.einsum("kq,kqm->km", light, waved)).max() < 40.0 * off
+    columns = sums.of_columns(places[0], light.T, -31.0, 0.7, count, digits)
+    assert np.abs(columns - waved[0].T @ light.T).max() < 40.0 * off
+    x, bright = rng.uniform(-30.0, 30.0, (40, 2)), rng.normal(size=40)
+    kx, ky = np.fft.fftfreq(count, 1.0 / count), np.arange(count // 2 + 1)
+    each = np.exp(-0.02j * np.pi * (ky[:, None, None] * x[:, 1] + kx[:, None] * x[:, 0]))
+    assert np.abs(sums.over_the_plane(x, bright, 0.01, count, digits) - each @ bright).max() < 40.0 * off
+
+
+@pytest.mark.parametrize("order", [1, 20, 400])
+def test_rules_of_hundreds_of_nodes_are_exact(order):
+    x, w = pupils.gauss(order)
+    assert w @ np.exp(x) == pytest.approx(2.0 * math.sinh(1.0) if order > 1 else 2.0, rel=2e-15)
 
 
 def test_pupils_have_their_area(rng):

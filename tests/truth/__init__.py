@@ -7,6 +7,7 @@ picture       : painter's order by winding tests: the pieces of outline that are
 boundary      : single photosites of a round lens, by line integrals over outline and photosite; any alignment
 waves         : all photosites of any lens, by Fourier sums
 pupils, round_lenses, photosites : what lenses and photosites are, from their definitions
+sums          : sums of waves from any places, on even lattices
 closed_forms  : what has a closed form or takes a single integral
 electrons     : electrons of a surface in a light, from published tables
 rays, quadrature : two more roads to photosites of a polygon under an Airy pattern, ray by ray and edge by edge
