@@ -208,20 +208,15 @@ def test_outlines_along_one_another_make_one_piece():
         np.testing.assert_allclose(np.sum(way, axis=0), 0.0, atol=1e-12)
 
 
+PLAIN = {"zernike_waves": [], "reference_nm": 500.0, "f_number": 1.0, "defocus_um": 0.0, "blur": 2e-3}
+
+
 @pytest.mark.parametrize("obstruction", [0.0, 0.35])
 def test_a_pupil_without_aberrations_is_an_airy_pattern(obstruction):
     pupil = {"shape": "circular", "obstruction": obstruction, "blades": 0, "rotate_deg": 0.0}
-    lens = {
-        "pupil": pupil,
-        "zernike_waves": [],
-        "reference_nm": 500.0,
-        "f_number": 1.0,
-        "defocus_um": 0.0,
-        "blur": 2e-3,
-    }
     at = 0.37 * np.arange(-40, 41)
     expected = round_lenses.Airy(1.0, obstruction).pattern(np.hypot(at, at[:, None]))
-    assert np.abs(pupils.pattern(lens, 500.0, at, at) - expected).max() < 1e-13
+    assert np.abs(pupils.pattern(PLAIN | {"pupil": pupil}, 500.0, at, at) - expected).max() < 1e-13
 
 
 @pytest.mark.parametrize(("digits", "off"), [(5.0, 1e-5), (9.0, 1e-9), (16.0, 2e-14)])
@@ -258,17 +253,9 @@ def test_pupils_have_their_area(rng):
 
 def test_a_square_pupil_is_two_slits():
     pupil = {"shape": "square", "obstruction": 0.0, "blades": 0, "rotate_deg": 0.0}
-    lens = {
-        "pupil": pupil,
-        "zernike_waves": [],
-        "reference_nm": 500.0,
-        "f_number": 1.0,
-        "defocus_um": 0.0,
-        "blur": 2e-3,
-    }
     at = 0.37 * np.arange(-40, 41)
     expected = np.multiply.outer(np.sinc(at) ** 2, np.sinc(at) ** 2)
-    assert np.abs(pupils.pattern(lens, 500.0, at, at) - expected).max() < 1e-13
+    assert np.abs(pupils.pattern(PLAIN | {"pupil": pupil}, 500.0, at, at) - expected).max() < 1e-13
 
 
 def test_photosites_have_their_area_and_transfer():

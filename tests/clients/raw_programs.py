@@ -16,6 +16,8 @@ import numpy as np
 import rawpy
 import tifffile
 
+from tests.libraw import developed
+
 WHITE_DN = np.float32(65535)
 
 # IEC 61966-2-1.
@@ -109,20 +111,9 @@ def rawpy_codes(path: Path, folder: Path) -> np.ndarray:
 
 def rawpy_picture(path: Path, folder: Path) -> np.ndarray:
     try:
-        with rawpy.imread(str(path)) as raw:
-            grey = raw.num_colors == 1
-            picture = raw.postprocess(
-                demosaic_algorithm=rawpy.DemosaicAlgorithm.LINEAR,
-                use_camera_wb=True,
-                output_color=rawpy.ColorSpace.raw if grey else rawpy.ColorSpace.XYZ,
-                output_bps=16,
-                gamma=(1, 1),
-                no_auto_bright=True,
-                adjust_maximum_thr=0,
-            )
+        return developed(path, "raw")[:, :, 0] if is_grey(path) else developed(path)
     except rawpy.LibRawError as error:
         raise Refused(str(error)) from error
-    return (picture[:, :, 0] if grey else picture) / WHITE_DN
 
 
 # dcraw and the tools of Debian's LibRaw take the same options: -4 16 bits and linear, -w camera white balance,

@@ -16,6 +16,7 @@ from scipy import ndimage
 
 import camsim
 from camsim.camera.frame import Frame
+from tests.libraw import developed
 
 pytestmark = pytest.mark.clients
 
@@ -60,16 +61,8 @@ def frame_of(scene: str, phase: str, origin: tuple[int, int]) -> Frame:
 
 def by_rawpy(frame: Frame, folder: Path) -> np.ndarray:
     camsim.save(frame, folder / "a.dng", force=True)
-    with rawpy.imread(str(folder / "a.dng")) as raw:
-        return raw.postprocess(
-            demosaic_algorithm=rawpy.DemosaicAlgorithm.AHD,
-            user_wb=[1, 1, 1, 1],
-            output_color=rawpy.ColorSpace.raw,
-            output_bps=16,
-            gamma=(1, 1),
-            no_auto_bright=True,
-            adjust_maximum_thr=0,
-        ).astype(float)
+    how = {"demosaic_algorithm": rawpy.DemosaicAlgorithm.AHD, "use_camera_wb": False, "user_wb": [1, 1, 1, 1]}
+    return developed(folder / "a.dng", "raw", **how)
 
 
 def by_colour_demosaicing(frame: Frame, folder: Path) -> np.ndarray:

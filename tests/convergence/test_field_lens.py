@@ -111,7 +111,7 @@ def rendered(lens, scene, grid, tolerance=1e-4, wavelength_nm=NM, **more):
     return camsim.render(scene, [lens, PHOTOSITE], grid, wavelength_nm=wavelength_nm, tolerance=tolerance, **more)
 
 
-def truth_at(corners_um, place_um, nm=(NM,), light=(1.0,), **lens) -> float:
+def truth_at(corners_um, grid, place, nm=(NM,), light=(1.0,), **lens) -> float:
     """One photosite by a sum over its own pupil, in pitches;  nm, light: wavelengths, and how much each has of it."""
     rows = [list(coefficients(height_um).values()) for height_um in HEIGHTS_UM]
     one = {"blur": N * NM / 1e3 / PITCH_UM, "wavelength_nm": [NM], "zernike": [4, 5, 8], "waves": [rows]} | lens
@@ -120,7 +120,7 @@ def truth_at(corners_um, place_um, nm=(NM,), light=(1.0,), **lens) -> float:
     pieces = [picture.Piece(tuple(a), tuple(b), 0, -1) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
     jumps, photosite = np.tile(-0.8 * np.asarray(light), (len(pieces), 1)), {"kind": "square", "side": 1.0}
     truth = field_lens.PlacedTruth(one, pieces, jumps, photosite, None, nm=nm, reference_nm=NM)
-    value, error = truth.value(np.array(place_um) / PITCH_UM)
+    value, error = truth.value(np.array(grid.first_centre) + place[::-1])
     assert error < 1e-8
     return 1.0 + value
 
@@ -131,11 +131,9 @@ def test_photosites_see_through_the_patterns_of_their_own_places():
     lateral = np.array([[3.0 * h / RADIUS_UM for h in HEIGHTS_UM]])
     found = rendered(revolved(lateral_colour_um=lateral), polygon(corners_um), grid, tolerance)
     assert found.error_estimate <= tolerance
-    x0, y0 = grid.first_centre
-    for row, col in ((4, 9), (SIZE - 1, 2)):
-        place_um = PITCH_UM * (x0 + col), PITCH_UM * (y0 + row)
-        right = truth_at(corners_um, place_um, lateral=(lateral / PITCH_UM).tolist())
-        assert abs(found.image[row, col] - right) <= tolerance
+    for place in ((4, 9), (SIZE - 1, 2)):
+        right = truth_at(corners_um, grid, place, lateral=(lateral / PITCH_UM).tolist())
+        assert abs(found.image[place] - right) <= tolerance
 
 
 def test_scenes_smaller_than_the_pattern_do_not_repeat():
@@ -144,11 +142,8 @@ def test_scenes_smaller_than_the_pattern_do_not_repeat():
     corners_um = np.array([(-30.0, -20.0), (30.0, -20.0), (30.0, 20.0), (-30.0, 20.0)]) + middle_um(grid)
     found = rendered(revolved(), polygon(corners_um), grid, tolerance)
     assert found.error_estimate <= tolerance
-    x0, y0 = grid.first_centre
-    for row, col in ((0, 6), (12, 14)):
-        place_um = PITCH_UM * (x0 + col), PITCH_UM * (y0 + row)
-        right = truth_at(corners_um, place_um)
-        assert abs(found.image[row, col] - right) <= tolerance
+    for place in ((0, 6), (12, 14)):
+        assert abs(found.image[place] - truth_at(corners_um, grid, place)) <= tolerance
 
 
 def test_the_check_is_no_coarser_than_what_it_judges(monkeypatch):
@@ -186,12 +181,9 @@ def test_daylight_behind_bayer_filters_is_what_sums_over_every_wavelength_are():
         response=response, wavelength_nm=nm, channel=channel, tolerance=tolerance,
     )  # fmt: skip
     assert found.error_estimate <= 0.5 * tolerance
-    x0, y0 = grid.first_centre
-    for row, col in ((4, 8), (11, 3)):  # red and blue
-        place_um = PITCH_UM * (x0 + col), PITCH_UM * (y0 + row)
-        light = response[channel[row, col]]
-        right = truth_at(corners_um, place_um, nm, light, **told)
-        assert abs(found.image[row, col] - right) <= tolerance
+    for place in ((4, 8), (11, 3)):  # red and blue
+        right = truth_at(corners_um, grid, place, nm, response[channel[place]], **told)
+        assert abs(found.image[place] - right) <= tolerance
 
 
 def test_scene_and_lens_turned_turn_the_image():

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from camsim.files.reading import XMP_NAMESPACE
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
 from tests.files.conftest import MakeFrame
+from tests.libraw import developed
 
 
 def tags_of(path: Path) -> dict[Any, Any]:
@@ -333,15 +333,13 @@ def test_the_truth_is_linear_raw_of_16_bits(tmp_path: Path, make_frame: MakeFram
     assert (tags[262], tags[277], tags[50714], tags[50717]) == (34892, 3, (0, 1) * 3, (65535,) * 3)
 
 
-def test_libraw_develops_the_truth_as_it_does_the_mosaic(
-    tmp_path: Path, frame: Frame, develop_with_rawpy: Callable[[Path], np.ndarray]
-) -> None:
+def test_libraw_develops_the_truth_as_it_does_the_mosaic(tmp_path: Path, frame: Frame) -> None:
     flat = np.broadcast_to(np.array([9000.0, 16000.0, 11000.0], np.float32), (48, 66, 3))
     codes = np.rint(128 + np.take_along_axis(flat, frame.channel_index[:, :, None].astype(int), axis=2) / 10)
     even = dataclasses.replace(frame, truth=flat, mosaic=codes[:, :, 0].astype(np.uint16))
     save(even, tmp_path / "mosaic.dng")
     save(even, tmp_path / "truth.dng", product="truth")
-    one, other = (develop_with_rawpy(tmp_path / f"{name}.dng") for name in ("mosaic", "truth"))
+    one, other = (developed(tmp_path / f"{name}.dng", "sRGB") for name in ("mosaic", "truth"))
     # The mosaic's codes are whole numbers of 3895.
     np.testing.assert_allclose(one, other, atol=1e-3)
 

@@ -10,34 +10,19 @@ diffuser D65 white.
 """
 
 import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-import rawpy
 
 import camsim
 from camsim.files import save
 from camsim.files.preview import develop
 from camsim.spectra.colour_science import colour_science
 from tests.colorchecker import WHITE, chart, delta_e, patch_means, reference_xyz
+from tests.libraw import developed
 
 ROWS, COLS = 128, 192
-
-
-def libraw_xyz(path: Path, of: Callable[..., np.ndarray] = lambda image: patch_means(image, ROWS, COLS)) -> np.ndarray:
-    with rawpy.imread(str(path)) as raw:
-        developed = raw.postprocess(
-            demosaic_algorithm=rawpy.DemosaicAlgorithm.LINEAR,
-            use_camera_wb=True,
-            output_color=rawpy.ColorSpace.XYZ,
-            output_bps=16,
-            gamma=(1, 1),
-            no_auto_bright=True,
-            adjust_maximum_thr=0,
-        )
-    return of(developed) / 65535
 
 
 # Measured: mean 0.93, largest 3.4 under D65; 1.04 and 3.7 under D55; 2.9 and 8.3 under A, because developers
@@ -45,7 +30,7 @@ def libraw_xyz(path: Path, of: Callable[..., np.ndarray] = lambda image: patch_m
 @pytest.mark.parametrize(("light", "mean", "largest"), [("D65", 1.1, 3.8), ("D55", 1.1, 4.1), ("A", 3.2, 9.0)])
 def test_colorchecker_through_libraw(tmp_path: Path, light: str, mean: float, largest: float) -> None:
     save(chart(ROWS, COLS, light=light), tmp_path / "a.dng")
-    found = libraw_xyz(tmp_path / "a.dng")
+    found = patch_means(developed(tmp_path / "a.dng"), ROWS, COLS)
     differences = delta_e(light, found)
     print(f"{light}: ΔE2000 mean {differences.mean():.3f}, largest {differences.max():.2f}")
     assert differences.mean() <= mean
@@ -70,7 +55,7 @@ def test_a_matrix_fitted_to_the_scene_is_right_under_lamp_light(tmp_path: Path) 
     frame = chart(ROWS, COLS, light="A")
     fitted = dataclasses.replace(frame, colour=dataclasses.replace(frame.colour, matrix="scene"))
     save(fitted, tmp_path / "a.dng")
-    differences = delta_e("A", libraw_xyz(tmp_path / "a.dng"))
+    differences = delta_e("A", patch_means(developed(tmp_path / "a.dng"), ROWS, COLS))
     print(f"A, scene matrix: ΔE2000 mean {differences.mean():.3f}, largest {differences.max():.2f}")
     assert differences.mean() <= 1.2
     assert differences.max() <= 5.2
@@ -81,7 +66,7 @@ def test_the_two_matrices_differ_little_in_daylight(tmp_path: Path) -> None:
     fitted = dataclasses.replace(frame, colour=dataclasses.replace(frame.colour, matrix="scene"))
     save(frame, tmp_path / "standard.dng")
     save(fitted, tmp_path / "scene.dng")
-    one, other = libraw_xyz(tmp_path / "standard.dng"), libraw_xyz(tmp_path / "scene.dng")
+    one, other = (patch_means(developed(tmp_path / f"{name}.dng"), ROWS, COLS) for name in ("standard", "scene"))
     np.testing.assert_allclose(one, other, atol=2e-4)
 
 
@@ -107,4 +92,4 @@ def test_the_shipped_chart_through_camera_and_raw_developer(tmp_path: Path, ligh
     reflectance = camsim.reflectance("white 9.5").at(np.array([530.0]))[0]
     assert (white_patch.max() - frame.black_level_dn) / span == pytest.approx(0.8 * reflectance, rel=0.01)
     save(frame, tmp_path / "chart.dng")
-    assert delta_e(light, libraw_xyz(tmp_path / "chart.dng", middles)).mean() <= 1.5
+    assert delta_e(light, middles(developed(tmp_path / "chart.dng"))).mean() <= 1.5

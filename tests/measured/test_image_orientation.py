@@ -14,6 +14,7 @@ from PIL import Image
 from scipy import ndimage
 
 import camsim
+from tests.libraw import developed
 
 PITCH_UM = 4.88
 ROWS, COLS = 60, 84
@@ -128,17 +129,10 @@ def test_dng_through_rawpy(frame, region, tmp_path):
         assert raw.sizes.flip == 0
         letters = np.array(list(raw.color_desc.decode()))[raw.raw_colors_visible]
         mosaic = raw.raw_image_visible.astype(float) - 128.0
-        developed = raw.postprocess(
-            demosaic_algorithm=rawpy.DemosaicAlgorithm.LINEAR,
-            use_camera_wb=True,
-            no_auto_bright=True,
-            gamma=(1, 1),
-            output_bps=16,
-            adjust_maximum_thr=0,
-        )
     assert_in_place(spots_in(mosaic, letters), region)
-    assert developed.shape[:2] == frame.mosaic.shape
-    assert_in_place(spots(*np.moveaxis(developed.astype(float), 2, 0)), region)
+    picture = developed(tmp_path / "a.dng", "sRGB")
+    assert picture.shape[:2] == frame.mosaic.shape
+    assert_in_place(spots(*np.moveaxis(picture, 2, 0)), region)
 
 
 def test_preview(frame, region, tmp_path):

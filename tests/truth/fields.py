@@ -7,12 +7,12 @@ on cones from its middle to the pieces of that outline, of either sign. Nothing 
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
 
 from tests.truth import samples
+from tests.truth.photosites import unit_gauss
 
 KINDS = ("picture", "linear-gradient", "radial-gradient", "sine-grating")
 
@@ -50,7 +50,7 @@ def light_of(shapes, pieces, owner, number, *, cutoff, more):
             # Pieces have what is on their left where cross(direction, x − start) > 0: round it the positive way.
             cone = sign * ((y - middle)[:, 0] * step[:, 1] - (y - middle)[:, 1] * step[:, 0])
             size = float(np.hypot(*(y - middle).T).max())
-            t, w = _gauss(_order(highest * size) + more)
+            t, w = unit_gauss(_order(highest * size) + more)
             places.append((middle + t[:, None, None] * (y - middle)).reshape(-1, 2))
             light.append(np.multiply.outer(w * t, cone).ravel())
     places, light = np.concatenate(places), np.concatenate(light)
@@ -116,11 +116,11 @@ def _along(piece, highest, more):
     """Nodes (n, 2) along a piece, and the steps there."""
     a, b = np.array(piece.start), np.array(piece.end)
     if piece.centre is None:
-        t, w = _gauss(_order(highest * float(np.hypot(*(b - a)))) + more)
+        t, w = unit_gauss(_order(highest * float(np.hypot(*(b - a)))) + more)
         return a + t[:, None] * (b - a), w[:, None] * (b - a)
     turn = piece.last - piece.first
     parts = math.ceil(2.0 * turn)
-    t, w = _gauss(_order(highest * piece.largest * turn / parts) + more + 4)
+    t, w = unit_gauss(_order(highest * piece.largest * turn / parts) + more + 4)
     angle = piece.first + turn * ((np.arange(parts)[:, None] + t) / parts).ravel()
     u, v, w = np.array(piece.u), np.array(piece.v), np.tile(w * turn / parts, parts)
     cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
@@ -130,9 +130,3 @@ def _along(piece, highest, more):
 def _order(cycles):
     """Nodes of a Gauss rule over so many waves: π/2 of each, and what the step from wrong to right takes."""
     return math.ceil(0.5 * math.pi * cycles + 2.0 * cycles ** (1.0 / 3.0))
-
-
-@functools.cache
-def _gauss(order):
-    x, w = np.polynomial.legendre.leggauss(order)
-    return 0.5 * (1.0 + x), 0.5 * w

@@ -41,7 +41,7 @@ def border(photosite, density, fewest=12):
         length = float(np.hypot(*(b - a)))
         if length == 0.0:
             return
-        t, w = _gauss(math.ceil(density * length) + fewest)
+        t, w = unit_gauss(math.ceil(density * length) + fewest)
         places.append(a + t[:, None] * (b - a))
         e = (b - a) / length
         normals.append(np.outer(w * length, [e[1], -e[0]]))
@@ -49,7 +49,7 @@ def border(photosite, density, fewest=12):
     def arc(centre, radius, first, last):
         if radius == 0.0:
             return
-        t, w = _gauss(math.ceil(density * radius * (last - first)) + 2 * fewest)
+        t, w = unit_gauss(math.ceil(density * radius * (last - first)) + 2 * fewest)
         angle = first + t * (last - first)
         out = np.stack([np.cos(angle), np.sin(angle)], axis=1)
         places.append(np.array(centre) + radius * out)
@@ -94,7 +94,7 @@ def inner_nodes(photosite, order=8):
     if photosite["kind"] == "point":
         return np.zeros((1, 2)), np.ones(1)
     places, normals = border(photosite, 0.0, order)
-    u, w = _gauss(order)
+    u, w = unit_gauss(order)
     cone = np.sum(places * normals, axis=1)
     nodes = (u[:, None, None] * places).reshape(-1, 2)
     weights = np.multiply.outer(w * u, cone).ravel()
@@ -128,7 +128,7 @@ def olpf_transfer(olpf, kx, ky):
 
 
 @functools.cache
-def _gauss(order):
+def unit_gauss(order):
     """Gauss–Legendre nodes and weights on 0 … 1."""
     x, w = np.polynomial.legendre.leggauss(order)
     return 0.5 * (1.0 + x), 0.5 * w
