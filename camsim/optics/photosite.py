@@ -18,9 +18,9 @@ from camsim.numerics.bessel import jinc
 from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import gauss_legendre
 
-# Largest |f| over a polygon's inverse size for the quadrature rule, whose phases are then below 0.45 radians, and the
+# Largest |f| over a polygon's inverse size for the quadrature rule, whose phases are then below 0.18 radians, and the
 # nodes of each axis of a triangle: they integrate such a wave to rounding.
-LOW, NODES = 0.05, 7
+LOW, NODES = 0.02, 5
 
 
 class _Rectangle:
@@ -273,10 +273,9 @@ class PolygonPhotosite:
         low = (fx * fx + fy * fy) * size * size < LOW**2
         out = np.empty(fx.shape, complex)
         out[~low] = _by_edges(points, fx[~low], fy[~low]) / (0.5 * _doubled_area(points))
-        total = np.zeros(np.count_nonzero(low), complex)
-        for x, y, weight in _rule(points).tolist():
-            total += weight * np.exp(2j * np.pi * (fx[low] * x + fy[low] * y))
-        out[low] = total
+        fx, fy = fx[low], fy[low]
+        waves = (weight * np.exp(2j * np.pi * (fx * x + fy * y)) for x, y, weight in _rule(points).tolist())
+        out[low] = sum(waves)
         return out
 
 
