@@ -2,37 +2,28 @@
 
 import os
 import re
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
 from bench.paper.__main__ import main
-from bench.results import read_results
+from bench.results import Results, read_results
 from tests.pages import assert_numbers_are_from
 
 ROOT = Path(__file__).parents[2]
 SMALL = ("--quick", "--psf", "gaussian-0.40", "--method", "strips", "--method", "boundary")
 
 
-def start(*arguments, folder, **how):
-    command = [sys.executable, "-m", "bench.paper", *arguments]
-    return subprocess.Popen(
-        command, cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}, text=True, stdout=-1, stderr=-1, **how
-    )
-
-
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     """One small run: its folder, what it said and its lines."""
     folder = tmp_path_factory.mktemp("bench")
-    process = start(*SMALL, "-o", "out", folder=folder)
-    out, err = process.communicate(timeout=600)
-    assert process.returncode == 0, err
-    return folder / "out", out, err, read_results(folder / "out" / "results.jsonl")
+    command, where = [sys.executable, "-m", "bench.paper", *SMALL, "-o", "out"], os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, cwd=folder, env=where, text=True, capture_output=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    return folder / "out", done.stdout, done.stderr, read_results(folder / "out" / "results.jsonl")
 
 
 def test_the_lines_hold_what_was_measured(small):
@@ -72,22 +63,20 @@ def test_every_number_of_the_page_is_in_the_lines_and_the_figures_are_drawn(smal
     assert "http" not in re.sub(r"http://www\.w3\.org/\S+", "", text)
 
 
-def test_ctrl_c_keeps_what_was_measured(tmp_path):
-    words = ("--quick", "--psf", "gaussian-*", "--method", "boundary", "-o", "out")
-    # What runs in a shell's background inherits that Ctrl-C is ignored.
-    process = start(*words, folder=tmp_path, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
-    results = tmp_path / "out" / "results.jsonl"
-    deadline = time.monotonic() + 600
-    while not (results.exists() and '"point"' in results.read_text()):
-        assert process.poll() is None
-        assert time.monotonic() < deadline
-        time.sleep(0.1)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=600)
-    assert process.returncode == 130, err
-    assert "Traceback" not in err
-    assert "interrupted; what was measured is in out/results.jsonl" in out
-    lines = read_results(results)
+def test_ctrl_c_keeps_what_was_measured(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["bench.paper", *SMALL, "-o", "out"])
+    add = Results.add
+
+    def interrupted(results, kind, **values):
+        add(results, kind, **values)
+        if kind == "point":
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Results, "add", interrupted)
+    assert main() == 130
+    assert "interrupted; what was measured is in out/results.jsonl" in capsys.readouterr().out
+    lines = read_results(tmp_path / "out" / "results.jsonl")
     assert any(line["kind"] == "point" for line in lines)
     assert not any(line["kind"] == "end" for line in lines)
     assert "was interrupted" in (tmp_path / "out" / "report.html").read_text()

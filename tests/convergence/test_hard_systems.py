@@ -36,8 +36,7 @@ def keeps(system, *tolerances, method="auto"):
 
 
 @pytest.mark.parametrize("photosite", PHOTOSITES)
-@pytest.mark.parametrize("olpf", OLPFS)
-@pytest.mark.parametrize("rotate_deg", [0.0, 20.0])
+@pytest.mark.parametrize(("olpf", "rotate_deg"), [*((olpf, 0.0) for olpf in OLPFS), ("unequal", 20.0)])
 def test_photosites_straight_off_edges_and_corners(photosite, olpf, rotate_deg):
     """Sides on photosites' centres, spots beside them; odd and even frames, both alignments."""
     across, down = OLPFS[olpf]
@@ -88,7 +87,7 @@ def touching(*discs):
 
 def outlined(rule, *outline):
     shape = {"kind": "path", "rule": rule, "outlines": [outline], "reflectance": 0.0}
-    return system_of([shape], 8.0, photosite=SQUARE, rows=3, cols=4)
+    return system_of([shape], 8.0, photosite=SQUARE, rows=2, cols=2)
 
 
 PLATE = {"split": 0.0, "split_y": 0.75, "rotate_deg": 90.0}

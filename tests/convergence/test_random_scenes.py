@@ -38,7 +38,7 @@ def random_case(rng):
     return system | {"background": 0.0, "pitch_um": 1.0}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_random_cases(seed):
     rng = np.random.default_rng(seed)
     for _ in range(20):

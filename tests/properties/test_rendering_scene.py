@@ -108,7 +108,3 @@ def test_neighbours_share_one_edge_with_both_spectra():
         both = image_of([(left, 0.8), (neighbour, 0.1)], F8)
         apart = image_of([(left, 0.8)], F8) + image_of([(neighbour, 0.1)], F8) - BACKGROUND
         assert worst(both, apart) <= 2 * METHOD * TOLERANCE
-
-
-def test_the_same_call_gives_the_same_bits():
-    assert image_of(PICTURE, F8).tobytes() == image_of(PICTURE, F8).tobytes()

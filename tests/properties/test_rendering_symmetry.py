@@ -43,11 +43,6 @@ def image(optics):
     return image_of(PICTURE, optics, 20, 24)
 
 
-@pytest.fixture(scope="module")
-def whole_frame(optics):
-    return image_of(PICTURE, optics, 90, 100)
-
-
 @pytest.mark.parametrize(("matrix", "turned"), MOVES.values(), ids=MOVES)
 def test_the_image_is_the_scenes_way_round(optics, image, matrix, turned):
     expected = turned(image)
@@ -75,14 +70,6 @@ def test_a_shift_by_whole_pitches_shifts_the_image(optics, image, shift):
     found = image_of(moved(PICTURE, shift=shift), optics, 20 + 2 * abs(down), 24 + 2 * abs(right))
     top, left = abs(down) + down, abs(right) + right
     assert worst(found[top : top + 20, left : left + 24], image) <= METHOD * TOLERANCE
-
-
-@pytest.mark.parametrize("origin", [(0, 0), (59, 3)])
-def test_a_window_is_that_slice_of_the_frame(optics, whole_frame, origin):
-    rows, cols = 24, 30
-    window = image_of(PICTURE, optics, rows, cols, origin=origin, frame=whole_frame.shape)
-    row, col = origin
-    assert worst(window, whole_frame[row : row + rows, col : col + cols]) <= METHOD * TOLERANCE
 
 
 @pytest.mark.parametrize("shape", [(24, 150), (150, 24)], ids=["wide", "tall"])
