@@ -11,7 +11,7 @@ import pytest
 
 from camsim import api, rendering
 
-from .conftest import COMMAND, Run, full_disk, run_camsim
+from .conftest import COMMAND, Run, run_camsim
 
 
 def files_in(folder: Path) -> set[str]:
@@ -121,14 +121,6 @@ def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim:
         "'./good.dng' is named twice; each product needs a separate file",
     ]
     assert files_in(folder) == before
-
-
-def test_a_disk_that_fills_up_leaves_nothing_behind(camsim: Run, folder: Path) -> None:
-    with full_disk():
-        done = camsim("capture", "small.yaml", "-o", "a.dng")
-    assert done.returncode == 2, done.stderr
-    assert done.stderr.splitlines()[-1].startswith("cannot write 'a.dng': ")
-    assert files_in(folder) == {"small.yaml"}
 
 
 def test_control_c_ends_it_with_130_and_no_file(folder: Path) -> None:

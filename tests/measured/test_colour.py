@@ -17,8 +17,6 @@ import pytest
 
 import camsim
 from camsim.files import save
-from camsim.files.preview import develop
-from camsim.spectra.colour_science import colour_science
 from tests.colorchecker import WHITE, chart, delta_e, patch_means, reference_xyz
 from tests.libraw import developed
 
@@ -37,17 +35,6 @@ def test_colorchecker_through_libraw(tmp_path: Path, light: str, mean: float, la
     assert differences.max() <= largest
     # Luminance of the grey patches, with no freedom to scale: white at 80 % is Y = 0.8.
     np.testing.assert_allclose(found[18:, 1] / WHITE, reference_xyz(light)[18:, 1], rtol=0.01, atol=0.0005)
-
-
-@pytest.mark.parametrize(("light", "mean"), [("D65", 1.3), ("D55", 1.4)])
-def test_colorchecker_in_the_preview(light: str, mean: float) -> None:
-    """The picture is 8-bit sRGB, out of whose gamut cyan lies; otherwise it is as good as a developer's."""
-    colour = colour_science()
-    pixels = patch_means(develop(chart(ROWS, COLS, light=light)) / 255, ROWS, COLS)
-    found = colour.sRGB_to_XYZ(pixels)
-    # The picture shows 80 % white as it is.
-    differences = delta_e(light, found)
-    assert differences.mean() <= mean
 
 
 def test_a_matrix_fitted_to_the_scene_is_right_under_lamp_light(tmp_path: Path) -> None:

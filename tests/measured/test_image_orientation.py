@@ -135,13 +135,6 @@ def test_dng_through_rawpy(frame, region, tmp_path):
     assert_in_place(spots(*np.moveaxis(picture, 2, 0)), region)
 
 
-def test_preview(frame, region, tmp_path):
-    camsim.save(frame, tmp_path / "preview.png")
-    with Image.open(tmp_path / "preview.png") as image:
-        linear = (np.asarray(image) / 255.0) ** 2.2
-    assert_in_place(spots(*np.moveaxis(linear, 2, 0)), region)
-
-
 def test_a_qr_code_is_read_off_the_developed_picture(tmp_path):
     """Turned, blurred, mosaicked, noisy and developed: by an independent reader, who does not read mirrored codes."""
     camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=5.6))
