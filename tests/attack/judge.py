@@ -40,11 +40,7 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     try:
         if not thorough and (expected := _expected_quick(system)) > QUICK_S:
             return record | {"set_aside": True, "expected": expected, "seconds": 0.0}
-        try:
-            rendering = _rendered(system, patience_s)
-        except Patience:
-            begin = time.process_time()
-            rendering = _rendered(system, patience_s)  # the first may have met a kernel that was not compiled yet
+        rendering = _rendered(system, patience_s)
     except (UnsupportedError, InvalidValueError, AccuracyError) as refused:
         return record | {"refused": f"{type(refused).__name__}: {refused}", "seconds": time.process_time() - begin}
     except Patience:
@@ -104,8 +100,8 @@ def _at_most(seconds):
     """Raise Patience once the process has computed for so long; 0: never."""
 
     def stop(number, frame):
-        if global_compiler_lock.is_locked():  # a kernel that is being compiled is not torn apart
-            signal.setitimer(signal.ITIMER_PROF, 1.0)
+        if global_compiler_lock.is_locked():  # a kernel that is being compiled is not torn apart, and costs nothing
+            signal.setitimer(signal.ITIMER_PROF, seconds)
             return
         fired.append(number)
         raise Patience

@@ -316,7 +316,9 @@ class Truth:
             elif lens["kind"] == "gaussian":
                 found.append(round_lenses.Gauss(lens["blur"]))
             elif lens["kind"] == "curve":
-                found.append(round_lenses.Curve([f / lens["blur"] for f in lens["frequency"]], lens["values"]))
+                found += found[:1] or [
+                    round_lenses.Curve([f / lens["blur"] for f in lens["frequency"]], lens["values"])
+                ]
             else:
                 return None
         return found
@@ -325,7 +327,8 @@ class Truth:
     def any_lens(self):
         lens = self.system["lens"]
         if self.round is not None:
-            return [waves.Round(one) for one in self.round]
+            each = {one: waves.Round(one) for one in self.round}
+            return [each[one] for one in self.round]
         if lens["kind"] == "ellipse":
             a = np.radians(lens["rotate_deg"])
             along, across = np.array([np.cos(a), np.sin(a)]), np.array([-np.sin(a), np.cos(a)])

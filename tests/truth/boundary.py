@@ -20,7 +20,7 @@ import numpy as np
 from tests.truth import photosites
 from tests.truth.beziers import Bezier
 from tests.truth.pupils import gauss
-from tests.truth.waves import alike
+from tests.truth.waves import alike, merged
 
 CELLS = 7, 5  # of the two tables, per shortest wavelength on the sensor: to 1e-11
 FINE_CELLS = 12, 9  # for targets below ``FINE``
@@ -41,10 +41,11 @@ class BoundaryTruth:
 
     def __init__(self, pieces, lenses, jumps, photosite, olpf, *, target, lights=()):
         self.lights = lights
-        self.pieces, self.lenses, self.photosite, self.olpf = pieces, lenses, photosite, olpf
+        self.pieces, self.photosite, self.olpf = pieces, photosite, olpf
         weights = np.array([one for *_, one in lights], float).reshape(-1, len(lenses))
-        rows = np.concatenate([np.asarray(jumps, float).reshape(-1, len(lenses)), weights])
-        self.rows, self.kind_of, self.times = alike(rows)
+        jumps = np.concatenate([np.reshape(jumps, (-1, len(lenses))), weights])
+        self.lenses, jumps = merged(lenses, jumps)
+        self.rows, self.kind_of, self.times = alike(jumps)
         self.length = 1.0 / max(lens.cutoff for lens in lenses)
         slowest = max(getattr(lens, "beat", 1.0) / lens.cutoff for lens in lenses)
         self.resolved = slowest * max(30.0, 1.2 * (3e-3 / target) ** 0.4)
@@ -63,8 +64,7 @@ class BoundaryTruth:
         """Light of the fields' nodes: the pattern between each of them and nodes over photosite and spots."""
         total = np.zeros(len(points))
         spots = photosites.spots(self.olpf)
-        order = math.ceil(2.6 * photosites.reach(self.photosite) / self.length) + (12, 9)[way]
-        inner, share = photosites.inner_nodes(self.photosite, order)
+        inner, share = photosites.inner_nodes(self.photosite, self._order(way))
         inner, share = (spots[:, None] + inner).reshape(-1, 2), np.tile(share, len(spots)) / len(spots)
         farthest = np.hypot(*inner.T).max() + self.length
         for (*ways, _), kind, times in zip(
@@ -76,22 +76,21 @@ class BoundaryTruth:
             total += times * _seen(points, places, light, inner, share, patterns[kind], self.length / self.cells[way])
         return total
 
+    def _order(self, way):
+        """Nodes along each line of a photosite."""
+        return math.ceil(2.6 * photosites.reach(self.photosite) / self.length) + (12, 9)[way]
+
     def cost(self):
         """Integrands evaluated for one photosite, about."""
-        fields = sum(len(ways[0][1]) * np.count_nonzero(weights) for *ways, weights in self.lights)
-        if fields:
-            fields *= 8.0 * len(photosites.spots(self.olpf)) * len(photosites.inner_nodes(self.photosite, 12)[1])
+        spots = len(photosites.spots(self.olpf))
+        nodes = len(photosites.inner_nodes(self.photosite, self._order(0))[1])
+        fields = 2.0 * sum(len(ways[0][1]) for *ways, _ in self.lights) * spots * nodes
         length = sum(p.length for p in self.pieces)
         length = min(length, 4.0 * self.resolved * len(self.pieces))
         along = NODES * (length / (3.0 * self.length) + 4.0 * len(self.pieces))
-        if self.photosite["kind"] == "point":
-            return fields + 2.0 * along * len(photosites.spots(self.olpf))
-        return fields + (
-            2.0
-            * along
-            * len(photosites.spots(self.olpf))
-            * len(photosites.border(self.photosite, 7.0 / self.length)[0])
-        )
+        if self.photosite["kind"] != "point":
+            along *= len(photosites.border(self.photosite, 7.0 / self.length)[0])
+        return fields + 2.0 * along * spots
 
     def _values(self, points, *, panel, density, resolved, cells):
         if not self.pieces:

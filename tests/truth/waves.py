@@ -39,12 +39,13 @@ class WaveTruth:
     def __init__(self, pieces, lenses, jumps, photosite, olpf, *, lights=(), digits=DIGITS):
         self.digits = digits
         self.steep = math.sqrt(digits * math.log(10.0))  # erfc of it, and its transform as far out, have so many
-        self.pieces, self.lenses, self.photosite, self.olpf = pieces, lenses, photosite, olpf
+        self.pieces, self.photosite, self.olpf = pieces, photosite, olpf
         self.lights = lights
         weights = np.array([one for *_, one in lights], float).reshape(-1, len(lenses))
-        jumps = np.concatenate([np.asarray(jumps, float).reshape(-1, len(lenses)), weights])
+        jumps = np.concatenate([np.reshape(jumps, (-1, len(lenses))), weights])
+        self.lenses, jumps = merged(lenses, jumps)
         self.rows, self.kind_of, self.times = alike(jumps)
-        self.cutoff = max(lens.cutoff for lens in lenses)
+        self.cutoff = max(lens.cutoff for lens in self.lenses)
 
     def values(self, x, y):
         """Light (y, x) of the photosites at every x and y, less the background's, and the error of the worst."""
@@ -131,6 +132,13 @@ def _folded(one, far, count):
         folded[count - far :] += one[:far]
         one = np.moveaxis(folded, 0, axis)
     return one
+
+
+def merged(lenses, jumps):
+    """Lenses that are the same at several wavelengths once, with the jumps (n, wavelengths) of these added up."""
+    once = list(dict.fromkeys(lenses))
+    columns = [[k for k, lens in enumerate(lenses) if lens == one] for one in once]
+    return once, np.stack([jumps[:, some].sum(axis=1) for some in columns], axis=1)
 
 
 def alike(jumps):
