@@ -484,11 +484,12 @@ def _capsule(rng, size):
 
 def _holed(rng, size):
     """A polygon with a hole or two of its own outline, smaller."""
-    outline = OUTLINES[rng.integers(2)]
-    shape = _placed(rng, outline, _extent(rng, size))
+    which = rng.integers(2)
+    shape = _placed(rng, OUTLINES[which], _extent(rng, size))
     points = np.array(shape["points"])
     middle = points.mean(axis=0)
-    holes = [(0.6, 0.0)] if rng.random() < 0.6 else [(0.3, -0.25), (0.3, 0.25)]
+    # Two would cross each other or the outline in a narrow one.
+    holes = [(0.3, -0.25), (0.3, 0.25)] if which == 0 and rng.random() < 0.4 else [(0.6, 0.0)]
     along = points[1] - points[0]
     shape["holes"] = [(middle + share * (points - middle) + to * along).tolist() for share, to in holes]
     return shape

@@ -16,7 +16,7 @@ from tests.attack.draw import draw
 from tests.truth import field_lens
 from tests.truth.pupils import TooLarge
 
-PATIENCE_S = 10.0  # of one processor's time, then a rendering, or a judge, is stopped: to be slow is no fault
+PATIENCE_S = 5.0  # of one processor's time, then a rendering, or a judge, is stopped: to be slow is no fault
 QUICK_S, QUICK_PATIENCE_S = 1.0, 3.0  # a quick attack sets aside what is expected to take longer, and its judges stop
 QUICK_CHANGING = 1e-4  # tolerance of a lens that changes over the frame, from which it is quick
 HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance
@@ -24,7 +24,7 @@ FINEST = 1e-11
 ALL_AT_ONCE_S = 0.15  # so long Fourier sums judge every photosite of a frame
 IN_ANY_CASE_S = 2.0  # the same where no other road is there
 PLACES, PLACES_S = 6, 0.5  # photosites judged behind a lens that changes over the frame, and time for all but the first
-EVALUATIONS = 3e7  # of line integrals: about a third of a second
+LINES_S = 0.3  # for the photosites that line integrals judge, but the first
 OTHER_S = 0.5  # that an engine is expected to take at a tenth of the tolerance
 # Asked for less, both rules of the truth may agree on what is wrong: a curve's far light fades slowly.
 LINES = {"airy": 1e-7, "annular": 1e-7, "gaussian": 1e-7, "curve": 1e-8}
@@ -189,6 +189,11 @@ def _digits(system):
     return 3.0 - math.log10(system["tolerance"])
 
 
+def _target(system):
+    """Of line integrals."""
+    return min(max(0.02 * system["tolerance"], 1e-13), LINES[system["lens"]["kind"]])
+
+
 def _place(error):
     row, col = np.unravel_index(int(np.argmax(error)), error.shape)
     return {"row": int(row), "col": int(col)}
@@ -197,8 +202,10 @@ def _place(error):
 def _by_waves(system, truth, image, planes, base, channel, thorough):
     """Every photosite by Fourier sums; None where they take too long."""
     digits = _digits(system)
-    allowed = ALL_AT_ONCE_S if truth.round is not None or not thorough else IN_ANY_CASE_S
-    if len(base) * truth.waves(0, digits).cost(truth.x, truth.y) > allowed:
+    allowed = ALL_AT_ONCE_S if not thorough else IN_ANY_CASE_S
+    if truth.round is not None:
+        allowed = min(allowed, max(ALL_AT_ONCE_S, 2.0 * truth.boundary(0, _target(system)).cost()))
+    if truth.waves(0, digits).cost(truth.x, truth.y, len(base)) > allowed:
         return None
     worst = {"error": -1.0, "truth_error": 0.0}
     for c in range(len(base)):
@@ -216,11 +223,11 @@ def _by_waves(system, truth, image, planes, base, channel, thorough):
 
 def _by_lines(system, truth, image, planes, base, channel, rng, thorough):
     """Photosites that lie on something, the steepest, the last, and some at random."""
-    target = min(max(0.02 * system["tolerance"], 1e-13), LINES[system["lens"]["kind"]])
+    target = _target(system)
     slopes = sum(np.abs(np.gradient(image, axis=axis)) for axis, count in enumerate(image.shape) if count > 1)
     steepest = [int(np.argmax(slopes))] if image.size > 1 else []
     order = [*_aligned(truth, rng), *steepest, image.size - 1, *rng.permutation(image.size)[:AT_RANDOM].tolist()]
-    allowed, chosen = EVALUATIONS * (1.0 if thorough else 0.2), {}
+    allowed, chosen = LINES_S * (1.0 if thorough else 0.2), {}
     for place in dict.fromkeys(order):
         c = int(channel.flat[place])
         allowed -= truth.boundary(c, target).cost()

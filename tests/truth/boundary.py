@@ -27,6 +27,7 @@ FINE_CELLS = 12, 9  # for targets below ``FINE``
 FINE = 1e-10
 DEGREE = 9
 NODES = 20
+INTEGRAND_S = 1.5e-8
 
 
 class BoundaryTruth:
@@ -81,7 +82,7 @@ class BoundaryTruth:
         return math.ceil(2.6 * photosites.reach(self.photosite) / self.length) + (12, 9)[way]
 
     def cost(self):
-        """Integrands evaluated for one photosite, about."""
+        """Seconds that one photosite takes, about."""
         spots = len(photosites.spots(self.olpf))
         nodes = len(photosites.inner_nodes(self.photosite, self._order(0))[1])
         fields = 2.0 * sum(len(ways[0][1]) for *ways, _ in self.lights) * spots * nodes
@@ -90,7 +91,7 @@ class BoundaryTruth:
         along = NODES * (length / (3.0 * self.length) + 4.0 * len(self.pieces))
         if self.photosite["kind"] != "point":
             along *= len(photosites.border(self.photosite, 7.0 / self.length)[0])
-        return fields + 2.0 * along * spots
+        return (fields + 2.0 * along * spots) * INTEGRAND_S
 
     def _values(self, points, *, panel, density, resolved, cells):
         if not self.pieces:

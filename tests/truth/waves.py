@@ -74,14 +74,14 @@ class WaveTruth:
         outer = inner + taper
         return inner, outer, inner + outer, taper, 2.0 * (self.cutoff + beyond / taper)
 
-    def cost(self, x, y):
-        """Seconds that values take, about; without end where the lattice is too large."""
+    def cost(self, x, y, channels=1):
+        """Seconds that values of so many channels take, about; without end where the lattice is too large."""
         if not self.pieces and not self.lights:
             return 0.0
         *_, period, _, band = self.plan(np.asarray(x, float), np.asarray(y, float), 1.25)
         if period * band > LARGEST:
             return math.inf
-        each_s = SUM_S + len(self.pieces) * PIECE_S + sum(lens.sample_s for lens in self.lenses)
+        each_s = channels * (SUM_S + len(self.pieces) * PIECE_S) + sum(lens.sample_s for lens in self.lenses)
         return 2.0 * (period * band) ** 2 * each_s
 
     def _values(self, x, y, wider, spare, way):
