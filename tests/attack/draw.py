@@ -17,6 +17,7 @@ from tests.attack.field_lenses import add_field_lens
 from tests.attack.fields import add_fields
 from tests.attack.moved import add_large_field, add_tilt, add_wide_olpf
 from tests.examples import tile_centres
+from tests.truth import pupils
 
 REFERENCE_NM = 550.0
 WAVELENGTHS = 4  # at most, behind wavefronts
@@ -30,6 +31,7 @@ STRAIGHT_DIGITS = 5.0  # the finest tolerance behind pupils with straight sides
 STEEP_DIGITS = 4.0  # up to which wavefronts of many waves are kept
 WAVES = {"circular": (2.0, 15.0), "square": (1.0, 5.0), "bladed": (1.0, 5.0)}  # rms at most: at any tolerance, and then
 ORDER = 8
+NODES = 32  # over the opening
 
 
 def draw(seed, number):
@@ -96,11 +98,26 @@ def _within(system):
     if shape != "circular":
         system["tolerance"] = max(system["tolerance"], 10.0**-STRAIGHT_DIGITS)
     most = WAVES[shape][int(system["tolerance"] >= 10.0**-STEEP_DIGITS)]
-    # A focus shift of so many waves at the rim is Zernike 4, whose rim is √12 of its root mean square.
-    waves = math.hypot(*(c for _, c in lens["zernike_waves"]), lens["defocus_waves"] / math.sqrt(12.0))
+    waves = _waves(lens, min(system["wavelength_nm"]))
     if waves > most:
         lens["zernike_waves"] = [[j, c * most / waves] for j, c in lens["zernike_waves"]]
         lens["defocus_waves"] *= most / waves
+
+
+def _waves(lens, wavelength_nm):
+    """Root mean square over the opening, of which the corners of a square reach far beyond the unit circle."""
+    pupil = lens["pupil"]
+    levels, weight, begin, end = pupils.rows_of(pupil, NODES).T[:, :, None]
+    t, w = pupils.gauss(NODES)
+    x = 0.5 * (begin + end) + 0.5 * (end - begin) * t
+    share = weight * 0.5 * (end - begin) * w / pupils.area(pupil)
+    item = {
+        "zernike_waves": [term for term in lens["zernike_waves"] if term[0] > 2],  # a tilt moves the image only
+        "reference_nm": REFERENCE_NM, "f_number": 1.0, "defocus_um": lens["defocus_waves"] * REFERENCE_NM * 8e-3,
+    }  # fmt: skip
+    each = pupils.waves(item, x, levels, wavelength_nm)
+    mean = float(np.sum(share * each))
+    return math.sqrt(float(np.sum(share * (each - mean) ** 2)))
 
 
 def _tiles(rng, size):
