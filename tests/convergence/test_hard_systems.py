@@ -46,6 +46,13 @@ def test_photosites_straight_off_edges_and_corners(photosite, olpf, rotate_deg):
     keeps(system | {"pitch_um": 1.0}, 1e-6, method="boundary")
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_wedge_with_a_right_angle_alone():
+    """Its sides double back: no arc, though their bisectors meet on one of them."""
+    wedge = {"kind": "polygon", "points": [(-2.0, 0.5), (2.0, 0.5), (-2.0, 1.5)], "reflectance": 0.0}
+    keeps(system_of([wedge], 0.7, rows=13, cols=12) | {"pitch_um": 1.0}, 1e-4, method="fourier")
+
+
 def wavefront(blur, pupil, waves=()):
     opening = {"shape": "circular", "obstruction": 0.0, "blades": 0, "rotate_deg": 0.0} | pupil
     return {"kind": "wavefront", "blur": blur, "pupil": opening, "zernike_waves": waves, "defocus_waves": 0.0}

@@ -139,8 +139,9 @@ def _places(edges: Edges, jump: F64, grid: Grid) -> F64:
     following = following[(edges.end[following] == edges.start[following + 1]).all(axis=1)]
     a, b = edges.along[following], edges.along[following + 1]
     turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    apart = 0.5 * (edges.length[following] + edges.length[following + 1] * np.sum(a * b, axis=1))
-    bent = np.flatnonzero((np.abs(turn) > 1e-6) & (np.abs(turn) < 0.5))
+    onward = np.sum(a * b, axis=1)
+    apart = 0.5 * (edges.length[following] + edges.length[following + 1] * onward)
+    bent = np.flatnonzero((np.abs(turn) > 1e-6) & (np.abs(turn) < 0.5) & (onward > 0.0))
     a, apart, turn, following = a[bent], apart[bent], turn[bent], following[bent]
     radius = apart / turn
     middle = 0.5 * (edges.start[following] + edges.end[following])
