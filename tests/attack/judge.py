@@ -16,7 +16,7 @@ from tests.attack.draw import draw
 from tests.truth import field_lens
 from tests.truth.pupils import TooLarge
 
-PATIENCE_S = 5.0  # of one processor's time, then a rendering, or a judge, is stopped: to be slow is no fault
+PATIENCE_S = 4.0  # of one processor's time, then a rendering, or a judge, is stopped: to be slow is no fault
 QUICK_S, QUICK_PATIENCE_S = 1.0, 3.0  # a quick attack sets aside what is expected to take longer, and its judges stop
 QUICK_CHANGING = 1e-4  # tolerance of a lens that changes over the frame, from which it is quick
 HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance

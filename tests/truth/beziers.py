@@ -84,10 +84,6 @@ class Bezier:
         """To the nearest place of it."""
         return float(np.hypot(*(self.at(self.parameter(point)) - point)))
 
-    def box(self):
-        """Low x, low y, high x, high y: of a part that runs one way."""
-        return [*np.minimum(self.a, self.b), *np.maximum(self.a, self.b)]
-
 
 def _roots(powers):
     """Real roots of a polynomial by its powers from 0 on; what rounding leaves of high ones hides the others."""

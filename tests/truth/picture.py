@@ -263,6 +263,7 @@ def pieces(shapes):
                 alike.append((k, n, m if part["kind"] == "path" else 0))
     boxes = np.array([_box(side) for _, side in sides]).reshape(-1, 4)
     scales = np.abs(boxes).max(axis=1, initial=0.0)
+    lines = np.array([[*side.a, *side.b] if isinstance(side, Segment) else [math.nan] * 4 for _, side in sides])
     found = []
     for i, (_, side) in enumerate(sides):
         # Of two sides the larger says how near is the same, or only one of them would run along the other.
@@ -284,7 +285,7 @@ def pieces(shapes):
         for t, u in pairwise(cuts):
             if (u - t) * side.length <= ALONG * near[i]:
                 continue
-            left_right = _sides(shapes, sides, i, side, (t, u), near, boxes)
+            left_right = _sides(shapes, sides, i, side, (t, u), near, boxes, lines)
             if left_right is not None:
                 found.append(_piece(side, t, u, *left_right))
     return found
@@ -308,7 +309,7 @@ def _piece(side, t, u, left, right):
     return side.piece(t, u, left, right)
 
 
-def _sides(shapes, sides, own, side, stretch, near, boxes):
+def _sides(shapes, sides, own, side, stretch, near, boxes, lines):
     """What lies left and right of a piece; None where it is the same, or another outline's piece says it."""
     # In the middle another outline may just touch: then it is asked elsewhere. What runs along does so everywhere.
     begin, end = stretch
@@ -319,7 +320,9 @@ def _sides(shapes, sides, own, side, stretch, near, boxes):
     for t in places:
         at = side.at(t)
         gap = np.hypot(*np.maximum(np.maximum(boxes[:, :2] - at, at - boxes[:, 2:]), 0.0).T)
-        for j in np.flatnonzero(gap <= np.maximum(reach, ALONG * near)):
+        close = np.flatnonzero(gap <= np.maximum(reach, ALONG * near))
+        gap[close] = _from_lines(lines[close], at)
+        for j in close[np.isnan(gap[close])]:
             gap[j] = sides[j][1].distance(at)
         gap[own] = math.inf
         gaps.append(gap)
@@ -341,13 +344,30 @@ def _sides(shapes, sides, own, side, stretch, near, boxes):
     return None if left == right else (left, right)
 
 
+def _from_lines(lines, point):
+    """Distances of straight sides (a, b) from a point."""
+    a, d = lines[:, :2], lines[:, 2:] - lines[:, :2]
+    t = np.clip(np.sum((point - a) * d, axis=1) / np.sum(d * d, axis=1), 0.0, 1.0)
+    return np.hypot(*(a + t[:, None] * d - point).T)
+
+
 def _box(side):
-    if isinstance(side, Bezier):
-        return side.box()
-    if isinstance(side, Arc):
-        reach = np.hypot(side.u, side.v)
-        return [*(side.centre - reach), *(side.centre + reach)]
-    return [*np.minimum(side.a, side.b), *np.maximum(side.a, side.b)]
+    """Low x, low y, high x, high y; kept, for every other side asks."""
+    if not hasattr(side, "known_box"):
+        if isinstance(side, Arc):
+            reach = np.hypot(side.u, side.v)
+            low, high = side.centre - reach, side.centre + reach
+        else:
+            low, high = np.minimum(side.a, side.b), np.maximum(side.a, side.b)
+        side.known_box = [*low.tolist(), *high.tolist()]
+    return side.known_box
+
+
+def _within(side, point, near):
+    """Whether a side passes a point that near."""
+    low_x, low_y, high_x, high_y = _box(side)
+    outside = max(low_x - point[0], point[0] - high_x, low_y - point[1], point[1] - high_y)
+    return outside <= near and side.distance(point) <= near
 
 
 def _cuts(side, other, near):
@@ -363,7 +383,7 @@ def _cuts(side, other, near):
             if other.whole or -1e-12 <= other.parameter(side.at(t)) <= 1.0 + 1e-12:
                 yield t
         ends = () if other.whole else (other.at(0.0), other.at(1.0))
-        yield from (_along(side, end) for end in ends if side.distance(end) <= near)
+        yield from (_along(side, end) for end in ends if _within(side, end, near))
         return
     if isinstance(other, Segment):
         for u in _segment_arc(other, side):
@@ -375,12 +395,12 @@ def _cuts(side, other, near):
             if other.whole or -1e-12 <= other.parameter(side.at(t)) <= 1.0 + 1e-12:
                 yield t
         ends = () if other.whole else (other.at(0.0), other.at(1.0))
-    yield from (side.parameter(end) for end in ends if side.distance(end) <= near)
+    yield from (side.parameter(end) for end in ends if _within(side, end, near))
 
 
 def _with_a_curve(side, other, near):
     if not (isinstance(other, Arc) and other.whole):
-        yield from (_parameter(side, end) for end in (other.at(0.0), other.at(1.0)) if side.distance(end) <= near)
+        yield from (_parameter(side, end) for end in (other.at(0.0), other.at(1.0)) if _within(side, end, near))
     if isinstance(side, Bezier) and isinstance(other, Bezier):
         ways = (np.abs(side.points - points).max() for points in (other.points, other.points[::-1]))
         if min(ways) > near:  # or they are one curve: what clips several shapes
@@ -411,7 +431,7 @@ def _along(side, point):
 def _segment_segment(side, other, near):
     d, e = side.b - side.a, other.b - other.a
     for end in (other.a, other.b):
-        if side.distance(end) <= near:
+        if _within(side, end, near):
             yield _along(side, end)
     cross = d[0] * e[1] - d[1] * e[0]
     if abs(cross) <= 1e-14 * side.length * other.length:

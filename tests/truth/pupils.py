@@ -62,42 +62,69 @@ def rounded(order):
 
 def zernike(index, x, y):
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-    return _sum_of_terms(x.ravel(), y.ravel(), np.array([[*order(index), 1.0]])).reshape(x.shape)
+    return _at(x.ravel(), y.ravel(), np.array([[*order(index), 1.0]]), 0.0).reshape(x.shape)
 
 
 def waves(lens, x, y, wavelength_nm):
     """Path difference in waves."""
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+    return _at(x.ravel(), y.ravel(), *_terms(lens, wavelength_nm)).reshape(x.shape)
+
+
+def _terms(lens, wavelength_nm):
+    """Zernikes (n, m, waves), and what r² is multiplied by."""
     terms = [(*order(j), c * lens["reference_nm"] / wavelength_nm) for j, c in lens["zernike_waves"]]
-    total = _sum_of_terms(x.ravel(), y.ravel(), np.array(terms, float).reshape(-1, 3)).reshape(x.shape)
-    return total + lens["defocus_um"] * 1e3 / (8.0 * lens["f_number"] ** 2 * wavelength_nm) * (x * x + y * y)
+    square = lens["defocus_um"] * 1e3 / (8.0 * lens["f_number"] ** 2 * wavelength_nm)
+    return np.array(terms, float).reshape(-1, 3), square
 
 
 @nb.njit(cache=True)
-def _sum_of_terms(x, y, terms):
-    """Zernikes (n, m, coefficient) added up: r^|m| cos mθ is a power of x + iy, the rest Jacobi's polynomial in r².
-
-    By their recurrence; powers of r lose seven digits at order 20.
-    """
-    total = np.zeros(x.size)
-    for n, signed, coefficient in terms:
-        m = abs(signed)
-        norm = coefficient * math.sqrt(n + 1.0) * (1.0 if m == 0 else math.sqrt(2.0))
-        for q in range(x.size):
-            t = 2.0 * (x[q] * x[q] + y[q] * y[q]) - 1.0
-            before, last = 0.0, 1.0
-            for j in range(1, int(n - m) // 2 + 1):
-                if j == 1:
-                    before, last = last, 1.0 + 0.5 * (m + 2.0) * (t - 1.0)
-                    continue
-                s = 2.0 * j + m
-                up = (s - 1.0) * (s * (s - 2.0) * t - m * m) * last - 2.0 * (j - 1.0) * (j + m - 1.0) * s * before
-                before, last = last, up / (2.0 * j * (j + m) * (s - 2.0))
-            cos, sin = 1.0, 0.0
-            for _ in range(int(m)):
-                cos, sin = cos * x[q] - sin * y[q], cos * y[q] + sin * x[q]
-            total[q] += norm * last * (cos if signed >= 0 else sin)
+def _at(x, y, terms, square):
+    total = np.empty(x.size)
+    for q in range(x.size):
+        total[q] = _sum_of_terms(x[q], y[q], terms, square)
     return total
+
+
+@nb.njit(cache=True)
+def _sum_of_terms(x, y, terms, square):
+    """Zernikes added up: r^|m| cos mθ is a power of x + iy, the rest Jacobi's polynomial in r², by its recurrence.
+
+    Powers of r lose seven digits at order 20.
+    """
+    r2 = x * x + y * y
+    total, t = square * r2, 2.0 * r2 - 1.0
+    for p in range(len(terms)):
+        n, signed, coefficient = terms[p, 0], terms[p, 1], terms[p, 2]
+        m = abs(signed)
+        before, last = 0.0, 1.0
+        for j in range(1, int(n - m) // 2 + 1):
+            if j == 1:
+                before, last = last, 1.0 + 0.5 * (m + 2.0) * (t - 1.0)
+                continue
+            s = 2.0 * j + m
+            up = (s - 1.0) * (s * (s - 2.0) * t - m * m) * last - 2.0 * (j - 1.0) * (j + m - 1.0) * s * before
+            before, last = last, up / (2.0 * j * (j + m) * (s - 2.0))
+        cos, sin = 1.0, 0.0
+        for _ in range(int(m)):
+            cos, sin = cos * x - sin * y, cos * y + sin * x
+        norm = math.sqrt((n + 1.0) * (1.0 if m == 0 else 2.0))
+        total += coefficient * norm * last * (cos if signed >= 0 else sin)
+    return total
+
+
+@nb.njit(cache=True)
+def _strengths(rows, t, v, terms, square):
+    """Places along rows (y, weight, begin, end) at a Gauss rule's nodes, and the amplitude times the weight there."""
+    places, strength = np.empty((len(rows), t.size)), np.empty((len(rows), t.size), np.complex128)
+    for k in range(len(rows)):
+        middle, half = 0.5 * (rows[k, 2] + rows[k, 3]), 0.5 * (rows[k, 3] - rows[k, 2])
+        for q in range(t.size):
+            places[k, q] = middle + half * t[q]
+            phase = 2.0 * math.pi * _sum_of_terms(places[k, q], rows[k, 0], terms, square)
+            share = rows[k, 1] * half * v[q]
+            strength[k, q] = complex(share * math.cos(phase), share * math.sin(phase))
+    return places, strength
 
 
 def corners(pupil):
@@ -193,11 +220,10 @@ def pattern(lens, wavelength_nm, x, y, spare=1.0, digits=16.0):
     turns = 2.0 * per * max(float(np.abs(x).max()), float(np.abs(y).max())) * max(extent(pupil))
     nodes = rounded(spare * nodes_for(lens, wavelength_nm, turns))
     t, v = gauss(nodes)
-    levels, share, begin, end = rows_of(pupil, nodes).T[:, :, None]
-    at = 0.5 * (begin + end) + 0.5 * (end - begin) * t
-    strength = share * 0.5 * (end - begin) * v * np.exp(2j * np.pi * waves(lens, at, levels, wavelength_nm))
+    rows = rows_of(pupil, nodes)
+    at, strength = _strengths(rows, t, v, *_terms(lens, wavelength_nm))
     inner = sums.of_rows(at, strength, -2.0 * np.pi * per * x[0], -2.0 * np.pi * per * (x[1] - x[0]), x.size, digits)
     amplitude = sums.of_columns(
-        levels[:, 0], inner, -2.0 * np.pi * per * y[0], -2.0 * np.pi * per * (y[1] - y[0]), y.size, digits
+        rows[:, 0], inner, -2.0 * np.pi * per * y[0], -2.0 * np.pi * per * (y[1] - y[0]), y.size, digits
     )
     return np.abs(amplitude) ** 2 * per**2 / area(pupil)

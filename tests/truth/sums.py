@@ -23,7 +23,7 @@ def of_rows(places, light, first, step, count, digits=16.0):
     if abs(offset) > 1e-15 * abs(first):
         light = light * np.exp(1j * offset * places)
     fine, powers, one = _rule(count, digits)
-    spread = _spread_rows(places * (-step / (2.0 * np.pi)), light, fine, powers)
+    spread = _spread_rows(places, -step / (2.0 * np.pi), light, fine, powers)
     found = fft.fft(spread, axis=1, overwrite_x=True)
     return np.concatenate([found[:, fine - middle :], found[:, : count - middle]], axis=1) / one
 
@@ -90,7 +90,7 @@ def _weights(place, cells, powers, weights):
 
 
 @nb.njit(cache=True, fastmath=True)
-def _spread_rows(places, light, cells, powers):
+def _spread_rows(places, periods, light, cells, powers):
     """(k, cells) with a margin of half a width before."""
     width = powers.shape[1]
     half, spread = width // 2, np.empty((len(places), cells), np.complex128)
@@ -99,7 +99,7 @@ def _spread_rows(places, light, cells, powers):
         real[:] = 0.0
         imaginary[:] = 0.0
         for q in range(places.shape[1]):
-            first = _weights(places[k, q], cells, powers, weights)
+            first = _weights(periods * places[k, q], cells, powers, weights)
             re, im = real[first : first + width], imaginary[first : first + width]
             for j in range(width):
                 re[j] += weights[j] * light[k, q].real
