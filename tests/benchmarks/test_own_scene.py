@@ -48,6 +48,7 @@ def test_errors_are_what_an_independent_truth_says(exact):
         tolerances=(1e-2, 1e-4),
         samples=(121,),
         region=REGION,
+        longest_s=0.5,
     )
     assert [p.label for p in found.points] == [
         *("boundary 1e-2", "boundary 1e-4"),

@@ -60,7 +60,19 @@ def test_page_and_diagram_are_whole_and_of_the_lines(small):
 
 
 def test_json_is_all_that_is_printed_and_a_report_is_not_overwritten(camsim, folder):
-    arguments = ("bench", "small.yaml", "--methods", "boundary", "--tolerances", "1e-3", "-o", "out", "-q")
+    arguments = (
+        "bench",
+        "small.yaml",
+        "--methods",
+        "boundary",
+        "--tolerances",
+        "1e-3",
+        "--longest",
+        "0.5",
+        "-o",
+        "out",
+        "-q",
+    )
     done = camsim(*arguments, "--json")
     assert (done.returncode, done.stderr) == (0, "")
     stated = json.loads(done.stdout)
@@ -74,7 +86,7 @@ def test_json_is_all_that_is_printed_and_a_report_is_not_overwritten(camsim, fol
 
 
 def test_what_a_method_cannot_is_said_once(camsim):
-    methods = ("--methods", "importance,strips,boundary", "--tolerances", "1e-3,1e-10,1e-11")
+    methods = ("--methods", "importance,strips,boundary", "--tolerances", "1e-3,1e-10,1e-11", "--longest", "0.5")
     done = camsim("bench", "small.yaml", *methods, "--set", "lens={kind: gaussian, f_number: 4, sigma_um: 2}")
     assert done.returncode == 0, done.stderr
     left = [line for line in done.stdout.splitlines() if line.startswith("Left out: ")]
@@ -86,7 +98,7 @@ def test_what_a_method_cannot_is_said_once(camsim):
 def test_ctrl_c_keeps_what_was_measured(folder):
     # What runs in a shell's background inherits that Ctrl-C is ignored.
     process = subprocess.Popen(
-        [COMMAND, "bench", "small.yaml", "-o", "out"],
+        [COMMAND, "bench", "small.yaml", "--longest", "0.5", "-o", "out"],
         cwd=folder,
         text=True,
         stdout=-1,
