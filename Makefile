@@ -45,8 +45,8 @@ test: $(READY)
 QUICK := architecture/test_layers analytic/test_spectra analytic/test_radiometry analytic/test_discs \
   properties/test_optical_stages analytic/test_oracle properties/test_electronic_stages analytic/test_sensor_stages \
   analytic/test_cfa analytic/test_adc config/test_capture files/test_formats measured/test_image_orientation \
-  files/test_dng measured/test_colour measured/test_grey_card cli/test_capture_command cli/test_expose \
-  sweeping/test_studies
+  files/test_dng measured/test_colour measured/test_grey_card measured/test_mtf_series measured/test_photon_transfer \
+  cli/test_capture_command cli/test_expose sweeping/test_studies
 
 test-quick: $(READY)  ## every stage once, a minute
 	$(BIN)/python -m pytest -q $(SIDE_BY_SIDE) $(QUICK:%=tests/%.py)

@@ -31,7 +31,7 @@ def rendered(case, tolerance):
 @pytest.mark.parametrize("digits", range(2, 10))
 def test_reference_values_within_tolerance(digits):
     """Every sixth, others each time; fewer from 1e-7 on, each of which takes a second or more."""
-    tolerance, cases = 10.0**-digits, CASES[digits % 6 :: 6 if digits < 7 else {7: 12, 8: 48, 9: 100}[digits]]
+    tolerance, cases = 10.0**-digits, CASES[digits % 6 :: 6 if digits < 7 else {7: 24, 8: 72, 9: 100}[digits]]
     results = [rendered(case, tolerance) for case in cases]
     errors = np.array([r.image[0, 0] for r in results]) - [case["value"] for case in cases]
     worst = int(np.argmax(np.abs(errors)))
