@@ -28,7 +28,7 @@ LEVELS_E = (600.0, 1500.0, 3000.0, 6000.0, 12000.0)
 
 def test_synthetic_cameras_come_back() -> None:
     """The bench with fewer photosites and cameras: ``python -m bench.calibration`` has twenty of 512²."""
-    results = [judged(number, side=192, levels=5) for number in (100, 102)]
+    results = [judged(number, side=128, levels=5) for number in (100, 102)]
     sentence, _ = verdict(results)
     assert not [fault for result in results for fault in result["faults"]], sentence
     off = np.abs([each for result in results for each in result["off"].values()])
