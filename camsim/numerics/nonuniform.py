@@ -26,11 +26,6 @@ def finer(precision: float) -> float:
     return next(larger for finest, larger in FINER if precision >= finest)
 
 
-def real_type(precision: float) -> type[np.float32 | np.float64]:
-    """Return the type in which points and strengths are passed on for a precision: others are converted."""
-    return np.float32 if precision >= SINGLE else np.float64
-
-
 def modes(
     phases: tuple[F64, F64],
     strengths: C128,
@@ -56,9 +51,12 @@ def modes(
         down = (strengths[:, None] * down).reshape(-1, strengths.shape[1])
         sums = product(np.concatenate([down.real, down.imag], axis=1), both).view(np.complex128)
         return sums.reshape(len(strengths), *shape)
-    real = real_type(precision)
-    phases = phases[0].astype(real, copy=False), phases[1].astype(real, copy=False)
-    strengths = strengths.astype(np.result_type(real, np.complex64), order="C", copy=False)
+    if precision >= SINGLE:
+        # Products in double precision: those in single differ between processors, and sums of them by 1e-6.
+        phases = phases[0].astype(np.float32), phases[1].astype(np.float32)
+        strengths = strengths.astype(np.complex64, order="C")
+    else:
+        strengths = np.ascontiguousarray(strengths)
     # For many points, a larger grid is better, since each point spreads over fewer cells.
     larger = finer(precision) if precision >= COARSE or strengths.shape[1] < shape[0] * shape[1] else 2.0
     total: C128 = finufft.nufft2d1(

@@ -118,7 +118,7 @@ _NOTHING = _Drawn(np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 2)), np.
 def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits) -> _Drawn:
     """Return the sides of visible parts of rims; ``rims.disc`` indexes primitives."""
     whole = picked(rims, rims.whole)
-    order = np.argsort(whole.disc)
+    order = np.argsort(whole.disc, kind="stable")
     closed_ones = outlines.some(whole.disc[order]).polygons(limits)
     closed = np.repeat(order, np.diff(closed_ones.first))
     starts, ends = closed_ones.sides_um(np.ones(len(order), bool))

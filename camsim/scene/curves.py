@@ -11,6 +11,7 @@ import numpy as np
 from camsim.core.arrays import F64, I64
 
 STRAIGHT, CUBIC, ARC = 0, 1, 2
+ROUNDING = 1e-13  # of a coordinate: gaps between pieces up to here are rounding
 ROUND = 1e-12  # largest relative difference of half axes of a circle
 
 
@@ -206,7 +207,7 @@ def around(centre: Sequence[float] | F64, u: F64, v: F64) -> Curves:
 class Pen:
     """Draws loops piece by piece, each from the end of the previous one; open loops are closed by a straight piece.
 
-    Pieces of zero length are omitted.
+    Straight pieces whose length is zero or rounding are omitted: rounding differs between processors.
     """
 
     def __init__(self) -> None:
@@ -223,7 +224,7 @@ class Pen:
 
     def line(self, x: float, y: float) -> None:
         """Draw a straight piece to (x, y)."""
-        if (x, y) != self.place:
+        if math.dist((x, y), self.place) > ROUNDING * max(abs(x), abs(y)):
             self._add((self.place, self.place, (x, y), (x, y)), 0.0, STRAIGHT)
 
     def quadratic(self, x1: float, y1: float, x: float, y: float) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.cached import cached_property
 from camsim.core.kernels import kernel, shared
-from camsim.numerics.nonuniform import modes, real_type
+from camsim.numerics.nonuniform import modes
 from camsim.numerics.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges
 from camsim.rendering.waves.clamped import clamped, netted
@@ -76,10 +76,7 @@ class EdgeSource:
         out = np.empty((self.kinds, len(rows), lattice.counts[0]), complex)
         along *= np.exp(-1j * (rows.start + len(rows) // 2) * places[0])
         step_x, step_y = (1.0 / period for period in lattice.periods)
-        real = real_type(self.precision)
-        along = along.astype(np.result_type(real, np.complex64))
-        places = places[0].astype(real), places[1].astype(real)
-        at_once, jump = max(1, NODES_AT_ONCE // along.size), np.ascontiguousarray(jump.T, real)
+        at_once, jump = max(1, NODES_AT_ONCE // along.size), np.ascontiguousarray(jump.T)
         for first in range(0, self.kinds, at_once):
             strengths = along * np.take(jump[first : first + at_once], which, axis=1)
             out[first : first + at_once] = modes(places, strengths, out.shape[1:], precision=self.precision, sign=-1)

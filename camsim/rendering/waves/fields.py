@@ -16,7 +16,7 @@ from camsim.core.arrays import C128, F64, I64
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.errors import UnsupportedError
-from camsim.numerics.nonuniform import modes, modes_of_lines, real_type
+from camsim.numerics.nonuniform import modes, modes_of_lines
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
@@ -144,14 +144,11 @@ class FieldSource:
         if not inside.all():
             at, light = at[inside], light[:, inside]
         down, across = phases(at, lattice)
-        real = real_type(self.precision)
-        turn = half_plane(np.ones(1, complex), across, out.shape[2]).astype(np.result_type(real, np.complex64))
-        down, across, at_once = down.astype(real), across.astype(real), max(1, NODES_AT_ONCE // turn.size)
+        turn = half_plane(np.ones(1, complex), across, out.shape[2])
+        at_once = max(1, NODES_AT_ONCE // turn.size)
         for first in range(0, len(out), at_once):
-            strengths = turn * light[first : first + at_once].astype(real)
-            out[first : first + at_once] += modes(
-                (down, across), strengths, out.shape[1:], precision=self.precision, sign=-1
-            )
+            some = slice(first, first + at_once)
+            out[some] += modes((down, across), turn * light[some], out.shape[1:], precision=self.precision, sign=-1)
         return True
 
     @cached_property

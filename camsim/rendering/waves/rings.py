@@ -154,5 +154,5 @@ def _places(edges: Edges, jump: F64, grid: Grid) -> F64:
     if len(cells):
         total = np.bincount(which, weight)
         means = np.stack([np.bincount(which, weight * one) for one in centre.T], axis=1) / total[:, None]
-        places += list(means[np.argsort(-total)[:PLACES]])
+        places += list(means[np.argsort(-total, kind="stable")[:PLACES]])
     return np.array(places)
