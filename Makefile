@@ -85,7 +85,7 @@ dist-check: $(READY)  ## build the wheel and the sdist, install each where nothi
 	$(BIN)/python bench/dist_check.py $(TESTS)
 
 attack: $(READY)  ## random systems against independent truths, ten minutes; SEED=… COUNT=… draws others (docs/testing.md)
-	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --seconds 540 \
+	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --seconds 520 \
 	  $(if $(SEED),--seed $(SEED)) $(if $(COUNT),--count $(COUNT))
 	NUMBA_NUM_THREADS=1 $(BIN)/python -m tests.attack.captures --seconds 60 $(if $(SEED),--seed $(SEED))
 

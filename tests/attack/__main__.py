@@ -22,7 +22,7 @@ def main(arguments=None):
     parser.add_argument("--seed", type=int, help="of the systems; left out: today's date, as 20261122")
     parser.add_argument("--count", type=int, default=100_000, help="how many systems")
     parser.add_argument("--first", type=int, default=0, help="number of the first")
-    parser.add_argument("--seconds", type=float, help="stop after so long, whatever the count")
+    parser.add_argument("--seconds", type=float, help="stop after so long, warm-up included")
     parser.add_argument("--quick", action="store_true", help="leave out truths that take seconds")
     parser.add_argument("--case", metavar="SEED:NUMBER", help="judge this one system and print it as Python")
     parser.add_argument("-o", "--output", type=Path, help="append a JSON line for every system here")
@@ -36,10 +36,10 @@ def main(arguments=None):
     seed = options.seed
     if seed is None:
         seed = int(datetime.date.today().strftime("%Y%m%d"))
-    numbers = range(options.first, options.first + options.count)
+    numbers, begin = range(options.first, options.first + options.count), time.perf_counter()
     for number in WARM_UP:
         judged(0, number, patience_s=0.0)  # kernels are compiled before anything is timed
-    begin, records = time.perf_counter(), []
+    records = []
     for number in numbers:
         if options.seconds and time.perf_counter() - begin > options.seconds:
             break
