@@ -207,7 +207,7 @@ def around(centre: Sequence[float] | F64, u: F64, v: F64) -> Curves:
 class Pen:
     """Draws loops piece by piece, each from the end of the previous one; open loops are closed by a straight piece.
 
-    Straight pieces whose length is zero or rounding are omitted: rounding differs between processors.
+    Straight pieces and arcs whose length is zero or rounding are omitted: rounding differs between processors.
     """
 
     def __init__(self) -> None:
@@ -224,7 +224,7 @@ class Pen:
 
     def line(self, x: float, y: float) -> None:
         """Draw a straight piece to (x, y)."""
-        if math.dist((x, y), self.place) > ROUNDING * max(abs(x), abs(y)):
+        if not self._is_at(x, y):
             self._add((self.place, self.place, (x, y), (x, y)), 0.0, STRAIGHT)
 
     def quadratic(self, x1: float, y1: float, x: float, y: float) -> None:
@@ -242,7 +242,7 @@ class Pen:
     def arc(self, rx: float, ry: float, rotate_deg: float, large: float, sweep: float, x: float, y: float) -> None:
         """Draw part of an ellipse, as SVG gives it (SVG 1.1, F.6.5): half axes too short are lengthened."""
         rx, ry = abs(rx), abs(ry)
-        if (x, y) == self.place or rx == 0.0 or ry == 0.0:
+        if (x, y) == self.place or (not large and self._is_at(x, y)) or rx == 0.0 or ry == 0.0:
             self.line(x, y)
             return
         x0, y0 = self.place
@@ -276,6 +276,10 @@ class Pen:
             np.array(self._kind, np.int64),
             np.array(self._first),
         )
+
+    def _is_at(self, x: float, y: float) -> bool:
+        """Return whether the pen is at (x, y), but for rounding."""
+        return math.dist((x, y), self.place) <= ROUNDING * max(abs(x), abs(y))
 
     def _add(self, points: tuple[tuple[float, float], ...], turn: float, kind: int) -> None:
         self._points.append(points)
