@@ -8,6 +8,7 @@ import camsim
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem, SquarePhotosite, Wavefront
 from camsim.rendering.render import plan_render
+from camsim.rendering.waves.rings import Rings
 from tests.attack import systems
 from tests.convergence.test_tolerance import POINT, SQUARE, system_of
 from tests.truth.closed_forms import knife_edge
@@ -51,6 +52,13 @@ def test_a_wedge_with_a_right_angle_alone():
     """Its sides double back: no arc, though their bisectors meet on one of them."""
     wedge = {"kind": "polygon", "points": [(-2.0, 0.5), (2.0, 0.5), (-2.0, 1.5)], "reflectance": 0.0}
     keeps(system_of([wedge], 0.7, rows=13, cols=12) | {"pitch_um": 1.0}, 1e-4, method="fourier")
+
+
+@pytest.mark.parametrize("highest", [0.8602600382500375, 0.4, 1.7])
+def test_a_frequency_of_rings_that_rounds_up_to_the_highest(highest):
+    """As many bins as make one of their frequencies the highest, but for its last bit."""
+    rings = Rings(shares=np.ones((1, 5081)), step=1.0 / (8.0 * highest), most=1.0)
+    assert np.isfinite(rings.beyond(np.ones(256), highest)).all()
 
 
 def wavefront(blur, pupil, waves=()):

@@ -73,7 +73,7 @@ class Rings:
         lines = scipy.fft.rfft(self.shares * (2.0 / self.most * np.sqrt(self.distances)), count, axis=1)
         frequency = (np.arange(lines.shape[1]) + 0.5) / (count * self.step)
         within = frequency < highest
-        cell = np.floor(frequency[within] * (steps / highest)).astype(np.int64)
+        cell = np.minimum(np.floor(frequency[within] * (steps / highest)).astype(np.int64), steps - 1)
         seen = lines[:, within] * (passes[cell] / np.sqrt(frequency[within]) / (count * self.step))
         last = np.append(np.searchsorted(cell, np.arange(steps)), cell.size - 1)[:steps]
         beyond = np.abs(np.cumsum(seen[:, ::-1], axis=1)[:, ::-1]).max(axis=0)
