@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 
-def rows(name: str, *sections: str) -> list[list[str]]:
-    """Columns of each row of sections, which are told by how they begin; a line that begins with a bar goes on."""
+def sections(name: str) -> dict[str, list[list[str]]]:
+    """Columns of each row by the lines above them; a line that begins with a bar goes on."""
     found: dict[str, list[list[str]]] = {}
     for line in (Path(__file__).parent / "data" / name).read_text(encoding="utf-8").splitlines():
         if line.startswith("# "):
@@ -15,4 +15,11 @@ def rows(name: str, *sections: str) -> list[list[str]]:
             here[-1].append(line[4:])
         else:
             here.append(line.split(" | "))
-    return [row for begin in sections for title, each in found.items() if title.startswith(begin) for row in each]
+    return found
+
+
+def rows(name: str, *begins: str) -> list[list[str]]:
+    """Columns of each row of the sections that begin so."""
+    return [
+        row for begin in begins for title, each in sections(name).items() if title.startswith(begin) for row in each
+    ]

@@ -7,7 +7,7 @@ the arguments of the classes.
 from __future__ import annotations
 
 import dataclasses
-import functools
+import functools  # noqa: F401 (makers are told by their text)
 import json
 import math
 import random
@@ -23,6 +23,7 @@ from camsim.config import schema
 from camsim.config.from_record import capture_from_record
 from camsim.errors import CamsimError
 from camsim.sensor.cfa import PATTERNS
+from tests.tables import sections
 
 DRAWS, ENOUGH = 20, 4
 STRANGE = (0, -1, 1.5, 90, 1e-300, 1e15, 1e16, 1e300, math.nan, math.inf, -math.inf, True, False, "8", None, [], [1.0])
@@ -117,7 +118,6 @@ SPECTRA = (*FRACTIONS, HALF, HALF | {"outside": "zero"}, HALF | {"values": [1, 1
 WIDE = {"wavelength_nm": [250, 1200], "values": [1, 0.5]}
 TABLES = (WIDE, WIDE | {"outside": "hold"}, HALF | {"wavelength_nm": [500, 600]}, HALF | {"wavelength_nm": [600, 500]})
 FILTERS = (*SPECTRA, *TABLES)
-LENS = {"f_number": (1.4, 8, 22.0), "transmission": SPECTRA}
 POINTS = ([[0, 0], [4, 0], [0, 4.5]], [[0, 0], [1, 1], [1, 0], [0, 1]], [[0, 0], [1, 1]], [[0, 0], [1, "1"], [1, 0]])
 RISING = ([0, 5, 10.0], [0.0, 1e3], [1, 0], [0, 0], [5], [-1.0, 4])
 GRIDS = ([[0, 1, 0], [1, 4.0, 1], [0, 1, 0]], [[1]], [[1, 2], [3]], [[0]], [[-1, 0.5]], [[math.nan]])
@@ -131,16 +131,6 @@ KERNELS = (
     [[0, 0.1, 0], [0, 0.8, 0], [0, 0, 0]], [[0, 0, 0], [0, 1, 0], [0, 0, 0]], [[0, 0, 0], [0, 1.5, 0], [0, 0, 0]],
     [[0, 0.6, 0], [0, 0.6, 0], [0, 0, 0]], [[0, 1], [0, 0]], [[0, 0, 0], [0, -1, 0], [0, 0, 0]],
 )  # fmt: skip
-
-Table = dict[str, tuple[Any, ...]]
-
-
-def kinds(place: str, changes: Callable[[Any], Changes], table: Table, good: Mapping[str, Any]) -> dict[str, Part]:
-    """Return the parts of one place by their kinds: what makes them, values, and keys that are always there."""
-    return {
-        kind: Part(place=place, also={"kind": kind}, changes=changes(make), good={**good, **own}, needed=tuple(needed))
-        for kind, (make, own, *needed) in table.items()
-    }
 
 
 def valued(place: str, field: str, good: tuple[Any, ...], make: Callable[[Any], Any] = lambda value: value) -> Part:
@@ -163,252 +153,66 @@ def square_of(pitch_um: float, fill_factor: float = 1.0) -> camsim.SquarePhotosi
 
 ZERNIKES = ([[4, 0.1]], [[4, 0.1], [4, 0.2]], [[231, 0.1]], [[3, 51]], [[4.0, 1]], [[4]], [])
 FREQUENCIES = ([0, 0.1, 0.2], [0.1, 0.2, 0.3], [0, 0.2, 0.1])
-AXES = {"sigma_um": NUMBERS, "sigma_across_um": NUMBERS, "rotate_deg": ANGLES}
-LENSES: Table = {
-    "airy": (camsim.Airy, {}),
-    "annular-airy": (camsim.AnnularAiry, {"obstruction": (0, 0.3, 0.95, 0.96)}),
-    "gaussian": (camsim.Gaussian, {"sigma_um": NUMBERS}, "f_number"),
-    "elliptical-gaussian": (camsim.EllipticalGaussian.from_axes, AXES, "f_number", "rotate_deg"),
-    "radial-otf": (
-        camsim.RadialOtf,
-        {"freq_per_um": FREQUENCIES, "values": ([1, 0.5, 0], [1, 2, 0], [1, 0])},
-        "f_number",
-    ),
-    "wavefront": (
-        camsim.Wavefront,
-        {"zernike_waves": ZERNIKES, "reference_nm": (550, 633.0), "defocus_um": (0, -3.5, 12)},
-    ),
-    "measured-psf": (camsim.MeasuredPsf, {"irradiance": GRIDS, "spacing_um": NUMBERS}, "f_number"),
-    "measured-otf": (camsim.MeasuredOtf, {"values": (*TRANSFERS, *GRIDS), "spacing_per_um": NUMBERS}, "f_number"),
-}
-FALLS = {"radius_mm": ([0, 1, 2.0], [0, 5], [1, 2]), "values": ([1, 0.5, 0.2], [1.0, 0.5], [0.9, 0.5], [1, 2])}
-FALLOFFS: Table = {"cos4": (camsim.Cos4Falloff, {"exit_pupil_mm": NUMBERS}), "radial": (camsim.RadialFalloff, FALLS)}
 CENTRES = ([0, 0], [1.5, -2], [1], [1, "2"])
-BOX = {"width": NUMBERS, "height": NUMBERS, "centre": CENTRES, "rotate_deg": ANGLES}
-ROUND = {"radius": (3.0, 25), "centre": CENTRES}
 LINES = [["move", 0, 0], ["line", 4, 0], ["line", 0, 4.5]]
 BEND = [["move", -12, -8], ["cubic", 0, -20, 8, 14, 12, 2], ["arc", 9, 6, 20, 0, 1, -12, 8], ["close"]]
 SEGMENTS = (LINES, BEND, [["line", 1, 1]], [["move", 0, 0], ["line", 1]], [["move", 0, 0], ["bend", 1, 1]])
-SHAPES: Table = {
-    "rectangle": (camsim.Rectangle, BOX),
-    "disc": (camsim.Disc, {"radius": NUMBERS, "centre": ([0, 0], [1e15, 0], [1e16, 0])}),
-    "polygon": (camsim.Polygon, {"points": POINTS, "holes": ([], [[[0.1, 0.1], [1, 0.2], [0.2, 1]]], [[[0, 0]]])}),
-    "regular-polygon": (camsim.RegularPolygon, ROUND | {"sides": (3, 5, 2), "rotate_deg": ANGLES}),
-    "star": (camsim.Star, ROUND | {"tips": (3, 5, 2), "inner_radius": NUMBERS, "rotate_deg": ANGLES}),
-    "ellipse": (camsim.Ellipse, {"radius_x": NUMBERS, "radius_y": NUMBERS, "centre": CENTRES, "rotate_deg": ANGLES}),
-    "ring": (camsim.Ring, ROUND | {"inner_radius": NUMBERS}),
-    "sector": (camsim.Sector, ROUND | {"inner_radius": NUMBERS, "from_deg": ANGLES, "turn_deg": (30, 360, 361)}),
-    "half-plane": (camsim.HalfPlane, {"through": CENTRES, "towards_deg": ANGLES}),
-    "path": (camsim.Path, {"segments": SEGMENTS, "fill_rule": ("nonzero", "evenodd", "odd")}),
-    "line": (
-        camsim.Line,
-        {
-            "segments": SEGMENTS, "width": NUMBERS, "cap": ("butt", "round", "flat"), "join": ("miter", "bevel", "cut"),
-            "dashes": ([], [1, 0.5], [-1]), "dash_offset": ANGLES,
-        },
-    ),
-    "text": (
-        camsim.Text,
-        {
-            "text": ("µ9", "a\nb", "", "\u4e2d"), "size": NUMBERS, "at": CENTRES, "weight": ("Bold", "Light", "Black"),
-            "align": ("left", "centre", "middle"), "line": (1, 2.5, 101), "rotate_deg": ANGLES,
-        },
-    ),
-}  # fmt: skip
-SEVERAL: Table = {
-    "group": (
-        camsim.Group,
-        {
-            "shapes": ([DISC], [DISC, DISC]), "mirror": ("left-right", "up-down", "left"), "scale": ([1.5, 1], [0, 1]),
-            "turn_deg": ANGLES, "move": CENTRES, "clip": (DISC,),
-        },
-        "shapes",
-    ),
-    "repeat-on-grid": (
-        camsim.RepeatOnGrid,
-        {"shapes": ([DISC],), "cols": (1, 3), "rows": (2, 1.5), "step": CENTRES},
-        "shapes",
-    ),
-    "repeat-on-ring": (
-        camsim.RepeatOnRing,
-        {"shapes": ([DISC],), "count": (5, 1, 0), "centre": CENTRES, "upright": (True, False, "yes")},
-        "shapes",
-    ),
-}  # fmt: skip
-GRADIENTS: Table = {
-    "linear-gradient": (camsim.LinearGradient, BOX),
-    "radial-gradient": (camsim.RadialGradient, ROUND),
-    "sine-grating": (camsim.SineGrating, BOX | {"period": (0.5, 9), "phase_deg": ANGLES}),
-    "sine-star": (camsim.SineStar, ROUND | {"inner_radius": NUMBERS, "cycles": (1, 7, 0)}),
-    "sine-zone-plate": (camsim.SineZonePlate, ROUND | {"finest_period": (0.5, 2)}),
-}
-ROUNDED = {"width_um": (2, 4.0), "height_um": (2.5, 4), "radius_um": (0, 0.5, 1, 1.5)}
-PHOTOSITES: Table = {
-    "square": (functools.partial(square_of, 4.0), {"fill_factor": (0.2, 1, 0.64)}, "fill_factor"),
-    "rectangular": (camsim.RectangularPhotosite, {"width_um": (1, 4.0, 4.5), "height_um": (2.5, 4)}),
-    "circular": (camsim.CircularPhotosite, {"diameter_um": (1, 4.0, 4.5)}),
-    "rounded": (camsim.RoundedPhotosite, ROUNDED),
-    "polygon": (camsim.PolygonPhotosite, {"points_um": ([[-1, -1], [1, -1.5], [0, 2]], *POINTS)}),
-}
-OLPFS: Table = {
-    "four-spot": (camsim.FourSpotOlpf, {"split_um": (1, 3.5), "split_y_um": (1.5, 2)}),
-    "two-spot": (camsim.TwoSpotOlpf, {"split_um": (1, 3.5)}),
-}
-IN_PITCHES = {"split_pitches": (1, 0.75), "split_y_pitches": (0.5, 2)}
-CFAS: Table = {
-    "letters": (camsim.Cfa, {"pattern": (["RG", "GB"], ["R"], ["RG", "B"], ["RX"], ["R1"], "RGGB", [""], ["rG"])}),
-    "quad-bayer": (
-        camsim.Cfa.quad_bayer,
-        {"pattern": ("RGGB", "GBRG", "RGBG"), "group": (2, 3, 4, 16, 17)},
-        "pattern",
-    ),
-}
-BENT = {"coefficients": ([-0.02], [0.01, 0], [-0.9], [], [math.nan]), "scale_e": (1e4, 5)}
-RESPONSES: Table = {
-    "polynomial": (camsim.PolynomialResponse, BENT),
-    "table": (camsim.ResponseTable, {"electrons_in": RISING, "electrons_out": RISING}),
-}
-OF_READOUT = {
-    "bit_depth": (8, 12, 16, 17), "black_level_dn": (0, 100, 254, 65534, 65535), "electrons_per_dn": NUMBERS,
-    "base_iso": (100, 200.0), "black_offsets_dn": ([[0, 1], [2, 3]], [[0]], [[-101]], [[0, 1], [2]], [[1.5]]),
-}  # fmt: skip
 DARK = {
-    "dark_current_e_per_s": NUMBERS, "dcnu": FRACTIONS, "dark_current_at_c": (20, -273.15, -300),
-    "dark_current_doubles_every_c": (6, 7.5, 0.5),
+    "dark_current_e_per_s": "e_per_s", "dcnu": "nonuniformity", "dark_current_at_c": "at_c",
+    "dark_current_doubles_every_c": "doubling_c",
 }  # fmt: skip
-DARK_NAMES = dict(zip(DARK, ("e_per_s", "nonuniformity", "at_c", "doubling_c"), strict=True))
-# Parts that are of no kind: the place, what makes the changes, values, and keys that are always there.
-PLAIN: Table = {
-    "pupil": (
-        "lens.pupil",
-        on_camera(lens=lambda v: camsim.Wavefront(f_number=8, pupil=camsim.Pupil(**v))),
-        {
-            "shape": ("circular", "square", "bladed", "round"), "obstruction": (0, 0.3, 0.94),
-            "blades": (0, 0, 5, 6, 2, 64, 65), "rotate_deg": ANGLES,
-        },
+# Of parts without kinds what makes the changes, by their names.
+PLAIN: dict[str, Changes] = {
+    "line": light,
+    "blackbody": light,
+    "light": light,
+    "pupil": on_camera(lens=lambda v: camsim.Wavefront(f_number=8, pupil=camsim.Pupil(**v))),
+    "exposure": lambda base, v: {"exposure": camsim.Exposure(**v)},
+    "region": lambda base, v: inside(base, camsim.Region(**v)),
+    "background": lambda base, v: {"scene": camsim.Scene(background=curves_in(v["reflectance"]))},
+    "frame": lambda base, v: {"camera": base.camera.replace(**v, photosite=square_of(v["pitch_um"]))},
+    "efficiency": on_camera(
+        quantum_efficiency=lambda v: camsim.QuantumEfficiency(**v | {"curves": by_letter(v["curves"])})
     ),
-    "line": (
-        "light",
-        light,
-        {"line_nm": (550, 632.8, 1064, 50), "width_nm": (0, 2.5, 200), "illuminance_lux": (1000,)},
+    "adc": stage("adc")(camsim.Adc),
+    "dark current": on_camera(
+        full_well=lambda v: None, dark_current=lambda v: camsim.DarkCurrent(**renamed(v, **DARK))
     ),
-    "blackbody": (
-        "light",
-        light,
-        {"blackbody_k": (2856, 500, 499, 1e6), "irradiance_w_per_m2": (0.2,), "at": ("scene", "sensor")},
-    ),
-    "exposure": (
-        "exposure",
-        lambda base, v: {"exposure": camsim.Exposure(**v)},
-        {
-            "time_s": (0.01, 1, "auto", "atuo"), "iso": (100, 200.0, 1e-3, 1e9, 1e10),
-            "datetime": ("2001-02-03 04:05:06", "2001-02-30 00:00:00", "yesterday"), "temperature_c": (20, -30.0, -300),
-        },
-    ),
-    "region": (
-        "region",
-        lambda base, v: inside(base, camsim.Region(**v)),
-        {"rows": (1, 20, 60, 61), "cols": (2, 80, 81), "origin": ([0, 0], [40, 50], [-1, 0], [1.5, 0], [1])},
-    ),
-    "background": (
-        "scene.background",
-        lambda base, v: {"scene": camsim.Scene(background=curves_in(v["reflectance"]))},
-        {"reflectance": SPECTRA},
-        "reflectance",
-    ),
-    "frame": (
-        "sensor.frame",
-        lambda base, v: {"camera": base.camera.replace(**v, photosite=square_of(v["pitch_um"]))},
-        {"rows": (60, 2000), "cols": (80, 3000), "pitch_um": (1.5, 4, 9.0)},
-        *("rows", "cols", "pitch_um"),
-    ),
-    "efficiency": (
-        "sensor.quantum_efficiency",
-        on_camera(quantum_efficiency=lambda v: camsim.QuantumEfficiency(**v | {"curves": by_letter(v["curves"])})),
-        {
-            "curves": (*({"R": one, "G": WIDE, "B": WIDE} for one in (*TABLES, HALF)), {"R": WIDE}),
-            "per": ("energy", "photon", "photons"), "peak": (0.5, 1, 1.5, "as given"),
-        },
-        "curves",
-    ),
-    "adc": ("sensor.readout", stage("adc")(camsim.Adc), OF_READOUT, *list(OF_READOUT)[:4]),
-    "dark current": (
-        "sensor.charge",
-        on_camera(full_well=lambda v: None, dark_current=lambda v: camsim.DarkCurrent(**renamed(v, **DARK_NAMES))),
-        DARK,
-        "dark_current_e_per_s",
-    ),
-    "defects": (
-        "sensor.charge.defects",
-        stage("defects")(camsim.Defects),
-        {
-            "hot_fraction": (0, 0.01, 0.7), "hot_e_per_s": NUMBERS, "dead_fraction": (0, 0.01, 0.7),
-            "dead": ([], [[1, 2]], [[1, -2]], [[1, 2.0]], [[1]]),
-        },
-    ),
-    "flicker": (
-        "sensor.readout.flicker_rows",
-        stage("flicker_rows")(camsim.FlickerRows),
-        {"sigma_e": NUMBERS, "exponent": (0, 1, 2.0, 2.5)},
-    ),
-    "dual gain": (
-        "sensor.readout.dual_gain",
-        stage("dual_gain", full_well_e="capacity_e")(camsim.DualGain),
-        {"from_iso": (400, 800.0), "full_well_e": NUMBERS, "read_noise_e": FRACTIONS},
-    ),
-    "render": (
-        "render",
-        lambda base, v: dict(v),
-        {
-            "tolerance": (1e-3, 1e-11, 1e-2, 0.1), "method": ("auto", "boundary", "fourier", "area"),
-            "strict": (True, False, "on"),
-        },
-    ),
-    "noise": (
-        "noise",
-        lambda base, v: renamed(v, enabled="noise"),
-        {"enabled": (True, False, "off"), "seed": (0, 7, 2**63 - 1, 2**63), "frame_number": (0, 5, 2**31)},
-    ),
-    "files": (
-        "files",
-        lambda base, v: dict(v),
-        {"colour_matrix": ("standard", "scene", "none"), "spectral_nm": ([500, 600.0], [600, 500], [-1], ["a"])},
-    ),
-}  # fmt: skip
-LIGHTS = {
-    "illuminant": ("D55", "A", "FL2", "D56"), "illuminance_lux": (1000, 5.5), "irradiance_w_per_m2": (0.2,),
-    "luminance_cd_per_m2": (80,), "at": ("scene", "sensor", "lens"),
-}  # fmt: skip
+    "defects": stage("defects")(camsim.Defects),
+    "flicker": stage("flicker_rows")(camsim.FlickerRows),
+    "dual gain": stage("dual_gain", full_well_e="capacity_e")(camsim.DualGain),
+    "render": lambda base, v: dict(v),
+    "noise": lambda base, v: renamed(v, enabled="noise"),
+    "files": lambda base, v: dict(v),
+}
+# Of parts with kinds, by their places, what makes the changes of a class.
+OF_KINDS = {
+    "lens": lens,
+    "scene.shapes": shape,
+    **{f"sensor.{name}": stage(name) for name in ("photosite", "olpf", "cfa")},
+    "sensor.charge.nonlinearity": stage("nonlinearity"),
+    "lens.falloff": stage("falloff"),
+}
+
+
+def told(title: str, lines: list[list[str]]) -> tuple[str, Part]:
+    """Return a part of tests/data/parts-of-a-capture.txt: its name, its place, and for a kind what makes it."""
+    name, place, *maker = title.split(" | ")
+    return name, Part(
+        place=place,
+        also={"kind": name.split()[0]} if maker else {},
+        changes=OF_KINDS[place](eval(maker[0])) if maker else PLAIN[name],
+        good={key: eval(f"({values},)", globals()) for key, values, *_ in lines},
+        needed=tuple(key for key, _, *always in lines if always),
+        given=0.5 if name == "light" else 0.8,
+    )
+
 
 PARTS = {
-    **kinds("lens", lens, LENSES, LENS),
-    **kinds("lens.falloff", stage("falloff"), FALLOFFS, {}),
-    **kinds("scene.shapes", shape, SHAPES, {"reflectance": SPECTRA}),
-    **kinds("scene.shapes", shape, SEVERAL, {}),
-    **kinds("scene.shapes", shape, GRADIENTS, {"low": SPECTRA, "high": SPECTRA}),
-    **{f"{kind} photosite": one for kind, one in kinds("sensor.photosite", stage("photosite"), PHOTOSITES, {}).items()},
-    **kinds("sensor.olpf", stage("olpf"), OLPFS, {"rotate_deg": ANGLES}),
-    "four-spot in pitches": Part(
-        place="sensor.olpf",
-        also={"kind": "four-spot"},
-        changes=on_camera(olpf=lambda v: camsim.FourSpotOlpf.from_pitches(pitch_um=4.0, **v)),
-        good=IN_PITCHES | {"rotate_deg": ANGLES},
-    ),
-    **kinds("sensor.cfa", stage("cfa"), CFAS, {}),
-    **kinds("sensor.charge.nonlinearity", stage("nonlinearity"), RESPONSES, {}),
-    **{
-        name: Part(place=place, changes=changes, good=good, needed=tuple(needed))
-        for name, (place, changes, good, *needed) in PLAIN.items()
-    },
-    "light": Part(place="light", changes=light, good=LIGHTS, given=0.5),
+    **dict(told(title, lines) for title, lines in sections("parts-of-a-capture.txt").items()),
     "magnification": valued("lens.magnification", "magnification", (0, 0.5, 1, 100, 101)),
     "glare": valued("lens.veiling_glare", "veiling_glare", (0, 0.02, 1, 1.5, *FILTERS), curves_in),
-    "filters": valued(
-        "sensor.filters",
-        "filters",
-        ([], *([one] for one in FILTERS)),
-        curves_in,
-    ),
+    "filters": valued("sensor.filters", "filters", ([], *([one] for one in FILTERS)), curves_in),
     "crosstalk": valued("sensor.charge.crosstalk", "crosstalk", KERNELS, camsim.Crosstalk),
 }
 
