@@ -10,6 +10,7 @@ from scipy import special
 
 import camsim
 from camsim.errors import InvalidValueError
+from tests.tables import rows
 
 AIRY, SQUARE = camsim.Airy(f_number=8.0), camsim.SquarePhotosite(side_um=4.0)
 FASTER = camsim.Airy(f_number=4.0)
@@ -79,33 +80,11 @@ def test_what_is_right_is_taken(method):
     assert np.abs(one.image - theirs.image).max() <= 1e-4
 
 
-@pytest.mark.parametrize(
-    ("facts", "message"),
-    [
-        # 1000 cycles/mm for 1 cycle/µm, the other way round: 0.93 of full scale off, with an estimate of 4e-10.
-        ({"cutoff_per_um": lambda s, nm: 1e-3 * AIRY.cutoff_per_um(nm)}, "0.0002778 cycles/µm .* its otf is 0.999 at"),
-        ({"cutoff_per_um": lambda s, nm: AIRY.cutoff_per_um(650.0)}, "at 450 nm, and its otf is 0.195 at 0.1925"),
-        ({"cutoff_per_um": lambda s, nm: None}, r"Mine.cutoff_per_um\(450\): must be a number above 0, not None"),
-        ({"chromatic": False}, r"by its chromatic False \(the same at 450 nm\); leave chromatic out"),
-        # π/4/(λN)² is the peak of an Airy pattern: 30 times full scale off.
-        (
-            {"point_spread": lambda s, r, nm: AIRY.point_spread(r, nm) / AIRY.point_spread(0.0 * r, nm)},
-            "point_spread is 1 per µm² of unit power at 0 µm and 450 nm, and by its otf 0.0606",
-        ),
-        ({"point_spread": lambda s, r, nm: 0.0}, "point_spread gives 0.0 for 4 radii"),
-        ({"encircled_energy": lambda s, r, nm: FASTER.encircled_energy(r, nm)}, "and by its otf 0.32"),
-        (
-            {"otf": lambda s, x, y, nm: FASTER.otf(x, y, nm), "cutoff_per_um": lambda s, nm: 0.6},
-            "point_spread is 0.0606.* and by its otf 0.242",
-        ),
-        ({"pattern": lambda s: camsim.Gaussian(sigma_um=1.0).pattern()}, r"by its pattern\(\); both are of the same"),
-        ({"otf": lambda s, x, y, nm: AIRY.otf(x, 0.5 * y, nm), "cutoff_per_um": lambda s, nm: 0.6}, "makes it round"),
-        ({"otf": lambda s, x, y, nm: np.exp(-np.add(np.multiply(x, x, out=x), y * y))}, "writes into the frequencies"),
-    ],
-)
+@pytest.mark.parametrize(("facts", "message"), rows("wrong-stages.txt", "a lens against its transfer"))
 def test_a_lens_that_contradicts_its_transfer_is_refused(facts, message):
+    """Cycles/µm for cycles/mm: 0.93 of full scale off, estimate 4e-10. A peak of 1 for π/4/(λN)²: 30 times."""
     with pytest.raises(InvalidValueError, match=message):
-        rendered([changed(Whole, **facts), SQUARE])
+        rendered([changed(Whole, **eval(facts)), SQUARE])
 
 
 def test_a_lens_with_a_pattern_is_hashed():
@@ -118,19 +97,11 @@ def test_a_lens_with_a_pattern_is_hashed():
         rendered([Listed([1.0, 2.0]), SQUARE])
 
 
-@pytest.mark.parametrize(
-    ("facts", "message"),
-    [
-        # Half distances taken for splits: 0.17 of full scale off, with an estimate of 1e-5.
-        ({"spots_um": lambda s: 2.0 * SPLIT.spots_um()}, r"by its spots_um\(\); they are offsets from the middle"),
-        ({"spots_um": lambda s: SPLIT.spots_um().tolist()}, r"give an array \(n, 2\)"),
-        ({"otf": lambda s, x, y, nm: SPLIT.otf(x * nm / 550, y, nm)}, "and 1 by its being a olpf|asked without a wave"),
-        ({"otf": lambda s, x, y, nm: 1.0 / nm}, "otf failed: ZeroDivisionError|otf gives shape"),
-    ],
-)
+@pytest.mark.parametrize(("facts", "message"), rows("wrong-stages.txt", "an OLPF against its transfer"))
 def test_an_olpf_that_contradicts_its_transfer_is_refused(facts, message):
+    """Half distances taken for splits: 0.17 of full scale off, with an estimate of 1e-5."""
     with pytest.raises(InvalidValueError, match=message):
-        rendered([AIRY, changed(Olpf, **facts), SQUARE])
+        rendered([AIRY, changed(Olpf, **eval(facts)), SQUARE])
 
 
 def olpf_of(spots):
@@ -169,32 +140,11 @@ def test_spots_without_an_opposite_are_a_blur_besides_the_lens(spots):
     np.testing.assert_allclose(centre, np.mean(spots, axis=0), atol=1e-2)
 
 
-@pytest.mark.parametrize(
-    ("facts", "message"),
-    [
-        ({"sides_um": (2.0, 2.0)}, "by its sides_um; width and height"),
-        # A photosite that sees less of red light: no engine asked for the wavelength, 0.057 of full scale off.
-        (
-            {"otf": lambda s, x, y, nm: camsim.SquarePhotosite(side_um=nm / 200.0).otf(x, y, nm)},
-            r"at 0 nm .* put what depends on the wavelength into a blur besides",
-        ),
-        (
-            {
-                "otf": lambda s, x, y, nm: camsim.CircularPhotosite(diameter_um=4.0).otf(x, y, nm),
-            },
-            r"by its factors \(separable True\); leave separable out",
-        ),
-        (
-            {"half_extent_um": (1.0, 2.0), "area_um2": 8.0},
-            "is 1 µm along x, and by its otf it is larger",
-        ),
-        ({"half_extent_um": 2.0}, "half_extent_um: must be a list of 2, not 2.0"),
-        ({"area_um2": 16e6}, "area_um2: 1.6e[+]07 µm², and what reaches 2 × 2 µm from its centre has less"),
-    ],
-)
+@pytest.mark.parametrize(("facts", "message"), rows("wrong-stages.txt", "a photosite against its transfer"))
 def test_a_photosite_that_contradicts_its_transfer_is_refused(facts, message):
+    """One that sees less of red light: no engine asked for the wavelength, 0.057 of full scale off."""
     with pytest.raises(InvalidValueError, match=message):
-        rendered([AIRY, changed(Photosite, **facts)])
+        rendered([AIRY, changed(Photosite, **eval(facts))])
 
 
 @pytest.mark.parametrize("order", [(Lens, Whole), (Whole, Lens)])
@@ -259,19 +209,10 @@ def test_a_transmission_is_kept_as_of_camsims_lenses(half):
     assert electrons(lens=Grey(half)) == pytest.approx(0.5 * electrons(), rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("lens", "message"),
-    [
-        (Grey(1.5), "Grey.transmission: must be a number from 0 to 1"),
-        (Grey("0.9"), "Grey.transmission: must be a number from 0 to 1"),
-        (Grey(opening=-1.0), "Grey.opening: must be a number above 0, not -1"),
-        (Dimming(at_axis=0.9), "Dimming.illumination: is 0.9 on the axis; it is relative to that, 1 there"),
-        (Dimming(at_corner=-2.0), "Dimming.illumination: is not finite, or below 0, somewhere between"),
-    ],
-)
+@pytest.mark.parametrize(("lens", "message"), rows("wrong-stages.txt", "the light of a lens"))
 def test_light_that_is_none_is_refused(lens, message):
     with pytest.raises(InvalidValueError, match=message):
-        camera_with(lens=lens)
+        camera_with(lens=eval(lens))
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ import camsim
 from camsim.cli.info import text_of_file
 from camsim.config.from_record import capture_from_record
 from camsim.errors import InputError, InvalidValueError
+from tests.tables import rows
 
 TELEGRAPH = Telegraph(probability=0.1, step_e=50.0)
 HOW = {
@@ -95,21 +96,10 @@ def each(*, frozen=True, fields=None, **facts):
     return made(**fields)
 
 
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
-        (np.inf, "Own.level is inf; a record of the stage holds finite numbers, truth values"),
-        ((1.0, (2.0, np.nan)), r"Own.level\[1\]\[1\] is nan;"),
-        (np.ones(3), r"Own.level is an array of shape \(3,\), to be given as a tuple; a record"),
-        ({1.0: 2.0}, "Own.level is a table;"),
-        (abs, "Own.level is a builtin_function_or_method;"),
-        (Telegraph, "Own.level is the class Telegraph;"),
-        (TELEGRAPH, None),
-        ({"a": (1, 2.5 + 1j, None, "b", True, camsim.Airy(f_number=8.0))}, None),
-    ],
-)
+@pytest.mark.parametrize(("value", "message"), rows("wrong-stages.txt", "fields of a stage"))
 def test_fields_are_what_a_record_can_hold(value, message, tmp_path):
-    stated = {"level": value}
+    message = eval(message)
+    stated = {"level": eval(value)}
     joins = [
         lambda: camera_with(each(fields=stated)),
         lambda: camera_with().replace(
@@ -138,27 +128,9 @@ def changed(electrons, context):
 
 
 @pytest.mark.parametrize("whole_window", [False, True])
-@pytest.mark.parametrize(
-    ("apply", "message"),
-    [
-        (lambda e, c: e[0], r"Own.apply gave \(10,\) for \(12, 10\); return as many electrons"),
-        (lambda e, c: 5.0, "Own.apply gave 5.0; return an array of numpy"),
-        (lambda e, c: None, "Own.apply gave None; return the electrons"),
-        (lambda e, c: e + 1j, "Own.apply gave numbers of type complex128; electrons are real"),
-        (
-            lambda e, c: np.where(e == e.max(), np.nan, e),
-            r"Own.apply gave nan at row \d+, column \d+ of the frame, for",
-        ),
-        (changed, "Own.apply writes into the electrons that came in; return others"),
-        (
-            lambda e, c: c.generator(1009).normal(e),
-            "Own draws from stream 1009, and its stream is None; declare stream",
-        ),
-        (lambda e, c: e + c.normals(6, e.shape), "Own draws from stream 6"),
-    ],
-)
+@pytest.mark.parametrize(("apply", "message"), rows("wrong-stages.txt", "what an electronic stage gives"))
 def test_what_it_gives_is_looked_at(apply, message, whole_window):
-    stage = each(apply=lambda self, electrons, context: apply(electrons, context), whole_window=whole_window)
+    stage = each(apply=lambda self, electrons, context: eval(apply)(electrons, context), whole_window=whole_window)
     with pytest.raises(InvalidValueError, match=f"Camera.extra_stages: {message}"):
         camera_with(stage).expose(GREY, **SMALL)
 
@@ -235,31 +207,10 @@ class Taken(Telegraph):
     stream: ClassVar = camsim.ReadNoise.stream
 
 
-@pytest.mark.parametrize(
-    ("each", "message"),
-    [
-        ([object()], "extra_stages: item 0 must be a dataclass that inherits from camsim.ElectronicStage"),
-        ([Neighbourly()], "Neighbourly: margin 1; only crosstalk sees beyond the window"),
-        ([Flash(probability=0.1, step_e=1.0)], "Flash: in phase LIGHT only patterns of the sensor act; take CHARGE"),
-        ([Taken(probability=0.1, step_e=1.0)], "Taken: stream 3; those below 1000 are camsim's"),
-        (
-            [TELEGRAPH, replace(TELEGRAPH, step_e=1.0)],
-            "^Camera.extra_stages: Telegraph and Telegraph both draw from stream 1002; .* different one, 1003 is free",
-        ),
-        ([Telegraph], "item 0 must be a dataclass that .*, not the class Telegraph; give one of it"),
-        ([each(name=None)], "Own.name: must be a text, not None; such as name"),
-        ([each(phases=("READ",))], "Own.phases: item 0 must be a camsim.Phase, not 'READ'; such as camsim.Phase.READ"),
-        ([each(phases=camsim.Phase.READ)], "Own.phases: must be a tuple of camsim.Phase"),
-        ([each(stream=(1001, 5))], "Own: stream 5; those below 1000 are camsim's"),
-        ([each(stream="noise")], "Own.stream: must be a whole number, a tuple of them or None, not 'noise'"),
-        ([each(temporal="yes")], "Own.temporal: must be true or false, not 'yes'"),
-        ([each(dark_noise_e=lambda self, electrons_per_dn: None)], r"Own.dark_noise_e\(1.0\): must be a number"),
-        ([each(frozen=False)], "Own could change after files have described it; write @dataclass.frozen=True"),
-    ],
-)
-def test_what_cannot_join_is_refused(each, message):
+@pytest.mark.parametrize(("stages", "message"), rows("wrong-stages.txt", "electronic stages"))
+def test_what_cannot_join_is_refused(stages, message):
     with pytest.raises(InvalidValueError, match=message):
-        camera_with(*each)
+        camera_with(*eval(stages))
 
 
 def own_optics():
@@ -322,35 +273,10 @@ def Odd(transfer):
     return dataclass(frozen=True)(Odd)()
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"lens": Plain()}, "Camera.lens: Plain is no dataclass; files describe"),
-        ({"lens": Odd(lambda x, y: x)}, "Camera.lens: must be a lens, not an Odd; .* f_number, transmission and otf"),
-        ({"olpf": Motion(length_um=1.0)}, "Camera.olpf: must be an OLPF or None, not a Motion"),
-        ({"photosite": Motion(length_um=1.0)}, "Camera.photosite: must be a photosite, not a Motion"),
-        ({"extra_optics": Motion(length_um=1.0)}, "Camera.extra_optics: must be a list, not a Motion"),
-        (
-            {"extra_optics": [camsim.Gaussian(sigma_um=1.0, transmission=0.5)]},
-            "Gaussian.transmission takes no light from a blur besides the lens; leave it 1, and give a filter",
-        ),
-        ({"extra_optics": [camsim.read_lens("mobile")]}, "FieldLens changes over the frame, which only a lens can"),
-        ({"extra_optics": [object()]}, "Camera.extra_optics: item 0 must be a stage with otf"),
-        ({"extra_optics": [Odd(lambda x, y: 2.0 + 0 * x)]}, "Odd.otf is 2 at frequency 0; it must be 1"),
-        ({"extra_optics": [Odd(lambda x, y: 1.0)]}, r"Odd.otf gives shape \(\) for frequencies of shape \(67,\)"),
-        (
-            {"extra_optics": [Odd(lambda x, y: 1.0 + np.abs(x))]},
-            "Odd.otf is 1.3665 at some frequency; no blur amplifies",
-        ),
-        ({"extra_optics": [Odd(lambda x, y: np.exp(1j * np.abs(x)))]}, "must be the conjugate"),
-        ({"extra_optics": [Odd(lambda x, y: np.where(np.abs(y) > 0.1, 1j, 1.0))]}, "must be the conjugate"),
-        ({"extra_optics": [Odd(lambda x, y: np.where(x == 0.0, np.nan, 1.0))]}, "Odd.otf is not finite everywhere"),
-        ({"extra_optics": [Odd(lambda x, y: x @ 5)]}, r"Odd.otf\(.*\) failed: ValueError"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), rows("wrong-stages.txt", "optical stages"))
 def test_what_is_no_optical_stage_is_refused(changes, message):
     with pytest.raises(InvalidValueError, match=message):
-        camera_with().replace(**changes)
+        camera_with().replace(**eval(changes))
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import camsim
 from camsim.measure.truth import truth_in
 from camsim.rendering.veil import Veil
 from camsim.sensor.colour_matrix import observer
+from tests.tables import rows
 
 PITCH_UM, ROWS, COLS = 5.0, 60, 80
 FRAME = camsim.Grid(rows=ROWS, cols=COLS, pitch_um=PITCH_UM)
@@ -35,51 +36,8 @@ def picture(**more):
     return camsim.Picture(planes=SAMPLES, **{"width_um": 120.0, **more})
 
 
-MEANS = {
-    "nothing": ((0.7,), 0.7),
-    "a disc": ((1.0, DISC), WHITE_SHARE),
-    "one cut by the frame's rim": (
-        (1.0, camsim.Disc(radius_um=60.0, centre_um=(WIDTH_UM / 2 - 30.0, 0.0), reflectance=0.2)),
-        1.0 - 0.8 * 3600.0 * (np.pi - 0.5 * (CUT - np.sin(CUT))) / AREA_UM2,
-    ),
-    "one about the frame": ((1.0, camsim.Disc(radius_um=1e5, reflectance=0.3)), 0.3),
-    "one outside": ((0.4, camsim.Disc(radius_um=60.0, centre_um=(1e3, 0.0), reflectance=1.0)), 0.4),
-    "discs one over the other": (
-        (0.5, DISC, camsim.Disc(radius_um=30.0, reflectance=1.0)),
-        0.5 + np.pi * (0.5 * 900.0 - 0.5 * 2700.0) / AREA_UM2,
-    ),
-    "half of it": ((1.0, camsim.HalfPlane(towards_deg=5.0, reflectance=0.1)), 0.55),
-    "squares": ((0.2, picture(rotate_deg=5.0)), 0.2 + (SAMPLES.mean() - 0.2) * 9600.0 / AREA_UM2),
-    # A spline through mirrored samples has their mean.
-    "splines": (
-        (0.2, picture(rotate_deg=5.0, interpolation="cubic")),
-        0.2 + (SAMPLES.mean() - 0.2) * 9600.0 / AREA_UM2,
-    ),
-    "half of a picture": (
-        (0.2, picture(centre_um=(WIDTH_UM / 2, 0.0), rotate_deg=180.0)),
-        0.2 + (SAMPLES[:, 15:].mean() - 0.2) * 4800.0 / AREA_UM2,
-    ),
-    "a picture behind a shape": (
-        (0.2, picture(), camsim.Rectangle(width_um=120.0, height_um=40.0, centre_um=(0.0, -20.0), reflectance=0.9)),
-        0.2 + ((SAMPLES[10:].mean() - 0.2) + 0.7) * 4800.0 / AREA_UM2,
-    ),
-    "a ramp": ((0.0, camsim.LinearGradient(width_um=2 * WIDTH_UM, height_um=2 * HEIGHT_UM)), 0.5),
-    "a bowl": ((0.0, camsim.RadialGradient(radius_um=100.0)), 0.5 * np.pi * 1e4 / AREA_UM2),
-    "waves": (
-        (0.0, camsim.SineGrating(width_um=100.0, height_um=50.0, period_um=15.0)),
-        (50.0 + 7.5 / np.pi * np.sin(np.pi * 100.0 / 15.0)) * 50.0 / AREA_UM2,
-    ),
-    "points, one outside and one hidden": (
-        (
-            0.2,
-            camsim.PointSource(photosites=30.0, centre_um=(9.0, -3.0), reflectance=0.5),
-            camsim.PointSource(photosites=1e3, centre_um=(WIDTH_UM, 0.0)),
-            camsim.PointSource(photosites=1e3, centre_um=(-100.0, 0.0)),
-            camsim.Disc(radius_um=10.0, centre_um=(-100.0, 0.0), reflectance=0.2),
-        ),
-        0.2 + 15.0 / (ROWS * COLS),
-    ),
-}
+# A spline through mirrored samples has their mean.
+MEANS = {name: (eval(made_of), eval(mean)) for name, made_of, mean in rows("areas.txt", "means of scenes")}
 
 
 @pytest.mark.parametrize("what", MEANS)

@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from tests.tables import rows
+
 from .conftest import run_camsim
 
 SET = ("--set", "sensor.readout.read_noise_student_dof=4", "--set", "sensor.readout.row_noise_e=2")
@@ -76,26 +78,10 @@ def test_the_profile_beside_the_camera(folder: Path, taken: Any) -> None:
     assert max(side["kl_nats"] for side in stated) > 0.01
 
 
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (["frames"], "give one of -o CAMERA.yaml, --check CAMERA.yaml and --dry-run"),
-        (["frames", "-o", "a.yaml", "--dry-run"], "--dry-run: given together with -o; leave one of the two out"),
-        (["frames", "-o", "a.txt"], "a.txt"),
-        (["frames", "-o", "a.yaml", "--window", "3"], "--window: must be a whole number from 32 to 8192, not 3"),
-        (["frames", "-o", "a.yaml", "--pitch-um", "-1"], "--pitch-um: must be a number from 0.1 to 10000, not -1.0"),
-        (
-            ["frames", "--dry-run", "--hot", "a.csv"],
-            "--hot: is of the sensor file that -o writes, and lies in its folder",
-        ),
-        (["nowhere", "-o", "a.yaml"], "'nowhere' is no folder of flats and darks"),
-        (["frames", "--check", "d40-like"], "give their own"),
-        (["frames", "-o", "a.yaml", "--cfa", "BGGR"], "leave it out"),
-    ],
-)
-def test_a_mistake_is_told_and_nothing_written(folder: Path, taken: Any, arguments: list[str], sentence: str) -> None:
+@pytest.mark.parametrize(("arguments", "sentence"), rows("wrong-commands.txt", "calibrate noise"))
+def test_a_mistake_is_told_and_nothing_written(folder: Path, taken: Any, arguments: str, sentence: str) -> None:
     before = sorted(folder.rglob("*"))
-    done = taken("calibrate", "noise", *arguments)
+    done = taken("calibrate", "noise", *arguments.split())
     assert done.returncode == 2, done.stdout
     assert sentence in done.stderr
     assert len(done.stderr.splitlines()) == 1

@@ -14,6 +14,7 @@ from camsim.camera.frame import Frame
 from camsim.cli import pairs, plot_mtf_map
 from camsim.errors import InvalidValueError, OutputError
 from camsim.files import save
+from tests.tables import rows
 
 from .conftest import Run, run_camsim
 
@@ -56,27 +57,11 @@ def test_a_tilt_is_left_out(camsim: Run) -> None:
     assert said.startswith("left out: it moves the pattern of every wavelength by 8.8 µm along x and 0 µm along y: ")
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ([], "left out: the lens has none: even light"),
-        (["light.at=sensor"], "left out: the light is given as it falls on the sensor, where no lens dims it"),
-        # 40 rows and 60 columns of 5 µm: corners 0.5 · √(195² + 295²) µm from the axis.
-        (
-            ["lens={kind: airy, f_number: 8, falloff: {kind: radial, radius_mm: [0, 0.17681], values: [1, 0.5]}}"],
-            "0.5 of the axis's light in the window's dimmest corner: RadialFalloff(radius_mm=(0.0, 0.17681), "
-            "values=(1.0, 0.5))",
-        ),
-        (
-            ["lens={kind: field, file: perfect, falloff: {kind: radial, radius_mm: [0, 0.17681], values: [1, 0.5]}}"],
-            "0.5 of the axis's light in the window's dimmest corner: the lens's own and RadialFalloff("
-            "radius_mm=(0.0, 0.17681), values=(1.0, 0.5))",
-        ),
-    ],
-)
-def test_fall_off_is_told(camsim: Run, changes: list[str], said: str) -> None:
+@pytest.mark.parametrize(("change", "said"), rows("notes.txt", "fall-off"))
+def test_fall_off_is_told(camsim: Run, change: str, said: str) -> None:
+    """Of 40 rows and 60 columns of 5 µm the corners are 0.5 · √(195² + 295²) µm from the axis."""
     window = ("sensor.frame={rows: 40, cols: 60, pitch_um: 5.0}", "region=null")
-    options = [word for change in (*window, *changes) for word in ("--set", change)]
+    options = [word for each in (*window, change) for word in ("--set", each)]
     assert decisions_of(camsim, "small.yaml", *options)["fall-off"] == [said]
 
 

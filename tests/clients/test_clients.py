@@ -23,6 +23,7 @@ from camsim.files.dng import TRUTH_WHITE_DN
 from camsim.rendering.cube import SpectralCube
 from camsim.sensor.colour_matrix import fit
 from tests import colorchecker as chart
+from tests.tables import rows
 
 pytestmark = pytest.mark.clients
 
@@ -68,64 +69,8 @@ class Kind:
 # What a program may do instead: codes but no right picture, a picture but no codes, colours beyond the limit; refuse.
 CODES, PICTURE, OFF, REFUSES = "codes only", "picture only", "colours off", "refuses"
 NOBODY_DEVELOPS = {p.name: CODES for p in PROGRAMS}
-KINDS = {
-    "RGGB": Kind(),
-    "BGGR": Kind({"pattern": ("BG", "GR")}),
-    "GRBG": Kind({"pattern": ("GR", "BG")}),
-    "GBRG": Kind({"pattern": ("GB", "RG")}),
-    "odd size 447 × 445": Kind({"rows": 447, "cols": 445}),
-    "odd origin (3, 5)": Kind({"origin": (3, 5)}),
-    "odd origin (2, 7), odd size": Kind({"rows": 445, "cols": 447, "origin": (2, 7), "pattern": ("GB", "RG")}),
-    "14 bit": Kind({"bit_depth": 14, "black_dn": 512, "white_dn": 16383}),
-    "16 bit": Kind({"bit_depth": 16, "black_dn": 1024, "white_dn": 65535}),
-    "2 × 2 black levels, 4 DN apart": Kind({"offsets_dn": ((0, 2), (-1, 3))}),
-    "2 × 2 black levels, 85 DN apart": Kind(
-        {"offsets_dn": ((0, 37), (-21, 64))}, known={"RawTherapee": OFF, "darktable": OFF}
-    ),
-    "6000 × 4000": Kind({"rows": 4000, "cols": 6000}),
-    "X-Trans": Kind({"pattern": chart.X_TRANS, "rows": 516, "cols": 600}),
-    "X-Trans, odd origin and size": Kind({"pattern": chart.X_TRANS, "rows": 515, "cols": 601, "origin": (5, 3)}),
-    "mono": Kind({"pattern": ("Y",)}),
-    "linear truth": Kind(product="truth", known={"LibRaw tools": PICTURE}),
-    "linear truth, odd size": Kind({"rows": 447, "cols": 445}, "truth", {"LibRaw tools": PICTURE}),
-    "mono truth": Kind({"pattern": ("Y",)}, "truth"),
-    # Large enough to have more than 100 kB: RawTherapee refuses less.
-    "lossless JPEG": Kind({"rows": 800, "cols": 800}, compress=True),
-    "lossless JPEG, odd size and origin": Kind(
-        {"rows": 801, "cols": 803, "origin": (3, 5), "pattern": ("GR", "BG")}, compress=True
-    ),
-    "lossless JPEG, 16 bit": Kind(
-        {"rows": 800, "cols": 800, "bit_depth": 16, "black_dn": 1024, "white_dn": 65535}, compress=True
-    ),
-    "lossless JPEG, 6000 × 4000": Kind({"rows": 4000, "cols": 6000}, compress=True),
-    "lossless JPEG, X-Trans": Kind({"pattern": chart.X_TRANS, "rows": 801, "cols": 803}, compress=True),
-    "lossless JPEG, mono": Kind({"pattern": ("Y",), "rows": 801, "cols": 803}, compress=True),
-    "lossless JPEG, linear truth": Kind({"rows": 801, "cols": 803}, "truth", {"LibRaw tools": REFUSES}, compress=True),
-    "light D55": Kind({"light": "D55"}),
-    "light A, matrix of the scene": Kind({"light": "A", "matrix": "scene"}, limit=LAMP_MEAN),
-    "ISO 409600, 1 h, f/64": Kind({"iso": 409600.0, "time_s": 3600.0, "f_number": 64.0}),
-    # Half a code is 8 % of the black patch.
-    "array, RGGB of 8 bit": Kind({"bit_depth": 8, "black_dn": 8, "white_dn": 255}, limit=1.5, given=True),
-    "array, GBRG of 10 bit, odd size": Kind(
-        {"rows": 447, "cols": 445, "pattern": ("GB", "RG"), "bit_depth": 10, "black_dn": 0, "white_dn": 1023},
-        given=True,
-    ),
-    "array, BGGR of 14 bit, lossless JPEG": Kind(
-        {"rows": 800, "cols": 800, "pattern": ("BG", "GR"), "bit_depth": 14, "black_dn": 512, "white_dn": 16383},
-        compress=True,
-        given=True,
-    ),
-    "array, GRBG of 12 bit, 2 × 2 black levels": Kind(
-        {"pattern": ("GR", "BG"), "offsets_dn": ((0, 2), (-1, 3))}, given=True
-    ),
-    "array, X-Trans of 16 bit": Kind(
-        {"pattern": chart.X_TRANS, "rows": 516, "cols": 600, "bit_depth": 16, "black_dn": 1024, "white_dn": 65535},
-        given=True,
-    ),
-    "array, mono": Kind({"pattern": ("Y",)}, given=True),
-    "quad Bayer (insisted on)": Kind({"pattern": chart.QUAD}, known={**NOBODY_DEVELOPS, "dcraw": REFUSES}),
-    "RGBW (insisted on)": Kind({"pattern": chart.RGBW}, known=NOBODY_DEVELOPS),
-}
+# Lossless ones have more than 100 kB: RawTherapee refuses less. Of 8 bit half a code is 8 % of the black patch.
+KINDS = {name: eval(kind) for name, kind in rows("kinds-of-files.txt", "for raw programs")}
 BY_NAME = {program.name: program for program in PROGRAMS}
 
 

@@ -36,35 +36,11 @@ def faults(text: str | bytes) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("1e-3", 0.001),
-        ("1.0e-6", 1e-6),
-        ("1E3", 1000.0),
-        (".5", 0.5),
-        ("5.", 5.0),
-        ("+3", 3),
-        ("010", 10),
-        ("-07", -7),
-        ("0o10", 8),
-        ("0x1f", 31),
-        ("true", True),
-        ("False", False),
-        ("null", None),
-        ("~", None),
-        ("", None),
-        (".inf", math.inf),
-        ("-.Inf", -math.inf),
-        ("1e999", math.inf),
-        ("'1e-3'", "1e-3"),
-        ('"true"', "true"),
-        ("|\n  12\n", "12\n"),
-        *((word, word) for word in WORDS.split()),
-    ],
+    ("text", "value"), [*rows("scalars.txt", "scalars"), *((word, repr(word)) for word in WORDS.split())]
 )
-def test_scalars_follow_yaml_1_2(text: str, value: object) -> None:
-    found = parsed(f"key: {text}").tree["key"]
-    assert (type(found), found) == (type(value), value)
+def test_scalars_follow_yaml_1_2(text: str, value: str) -> None:
+    found = parsed("key: " + text.replace("\\n", "\n")).tree["key"]
+    assert repr(found) == value
 
 
 def test_nan_is_a_number() -> None:

@@ -11,6 +11,7 @@ from camsim.rendering.render import plan_render
 from camsim.rendering.waves.rings import Rings
 from tests.attack import systems
 from tests.convergence.test_tolerance import POINT, SQUARE, system_of
+from tests.tables import rows
 from tests.truth.closed_forms import knife_edge
 from tests.truth.pupils import zernike
 
@@ -148,77 +149,15 @@ def cut_rim():
     return system | {"background": 0.16}
 
 
-# What was once wrong, with the figure by which it was; the system, its tolerances, and the method.
-ONCE_WRONG = {
-    # 1e-3 off at any tolerance: the Fourier engine's taper took all light for that of an Airy pattern's rings.
-    **{
-        f"gaussian larger than the frame, {sigma}": (
-            system_of([RECTANGLE], sigma, photosite=photosite, rows=3, cols=4) | gaussian(sigma),
-            *((1e-3, 1e-8), "fourier"),
-        )
-        for sigma, photosite in ((0.5, POINT), (6.0, SQUARE), (27.0, {"kind": "circle", "diameter": 1.0}))
-    },
-    # 1.6e-5 off at 1e-6: sides short enough for λN along the pupil's sides, and not along its diagonals. The rim runs
-    # along y where the photosites lie, and so does one of the pupil's diagonals.
-    "disc under a square pupil": (
-        system_of([disc(7.0, 7.0, 0.0)], 0.5, photosite=POINT, rows=2, cols=3)
-        | {"lens": wavefront(0.5, {"shape": "square", "rotate_deg": 45.0})},
-        *((1e-5,), "auto"),
-    ),
-    # The check said 0.04 of a picture that was right: it asked what lies beside a circle where another touches it.
-    "discs that touch inside": (touching((0.0, -1.0, 1.0), (1.0, -1.0, 2.0)), (1e-7,), "auto"),
-    "outside": (touching((-1.0, 0.0, 1.0), (1.0, 0.0, 1.0)), (1e-7,), "auto"),
-    "at a circle's beginning": (touching((-1.0, 0.0, 2.0), (-3.0, 0.0, 4.0), (3.0, 0.0, 2.0)), (1e-7,), "auto"),
-    "small on large": (touching((1.0, -1.0, 2.0), (0.0, -1.0, 1.0)), (1e-7,), "auto"),
-    # 1e-10 … 3e-8 off at any tolerance: sides of an ellipse crowded at its end, or long ones beside a cut.
-    **{
-        f"ellipses beside circles and cut ones, {k}": (
-            system_of(shapes, 0.23, photosite=POINT, rows=3, cols=4),
-            *((1e-6, 1e-8), "fourier"),
-        )
-        for k, shapes in enumerate(([CAPSULE, ELLIPSE], [RECTANGLE | {"width": 3.0}, SLIVER]))
-    },
-    # The check was 9e-8 off: a whole circle, small and far away, was taken for a short arc. The picture was right.
-    "small circles far outside": (system_of([SMALL_RING], 0.27, rows=3, cols=3) | gaussian(0.27), (1e-8,), "auto"),
-    # 4.5 of the tolerance: an edge's end was far from a photosite's middle, and near one of its spots.
-    "gaussian narrower than the footprint": (narrow(0.1), (1e-2, 1e-3), "boundary"),
-    "a little narrower": (narrow(0.22), (1e-2, 1e-3), "boundary"),
-    # 300 times the tolerance: an inner arc, whose corners come backwards, had lost them all.
-    "an arc that turns the other way": (
-        system_of([SECTOR | {"reflectance": 0.2}], 0.47, rows=4, cols=3),
-        (1e-7,),
-        "auto",
-    ),
-    # 18 times the tolerance: a pattern's middle was taken for its brightest place, and it was below 0.
-    "a pattern whose middle is dark": (
-        system_of([disc(2.7, 1.7, 1.74, 0.4)], 10.3, photosite=POINT, rows=1, cols=2)
-        | {"lens": DARK_MIDDLE | {"blur": 10.3}},
-        *((1e-8,), "fourier"),
-    ),
-    # 1.8 of the tolerance: rules for short sides followed high frequencies, and lost to low ones alike.
-    "a disc within a wide gaussian": (
-        system_of([disc(4.3, 2.7, -0.6, 0.2)], 6.3, photosite=POINT, rows=8, cols=2) | gaussian(6.3),
-        *((1e-3, 4e-6, 1e-7), "boundary"),
-    ),
-    # 1.3 times the tolerance, unseen: stretches shorter than a side had no corner, and those beside one lay apart.
-    "a rim cut where its sides change": (cut_rim(), (3e-3, 1e-3), "boundary"),
-    # 4.9 times the tolerance, unseen: zones added rings by series that hold from ten inner rings on.
-    "rings that meet near, a small hole": (meeting(0.05), (3.6e-3, 4e-4), "boundary"),
-    "rings that meet near, a large hole": (meeting(0.6), (2e-3,), "boundary"),
-    # 5e-5 off at 5e-8: rounding in harmonics that a slow ring has not, grown by e^2mθ, m of fast ones.
-    "slow rings": (slow(0.95), (5e-8,), "boundary"),
-    "slow rings and spots": (slow(0.8, FOUR), (5e-8,), "boundary"),
-    # 1.7e-9 off at 2.5e-10: where a curve crossed itself or the next one its sides were as long as elsewhere.
-    "a curve that crosses itself": (outlined("nonzero", *LOOP), (1e-8,), "auto"),
-    "curves that cross where they meet": (outlined("evenodd", *NEIGHBOURS), (1e-8,), "auto"),
-    "a curve that crosses a line beside it": (outlined("nonzero", *BY_LINE), (1e-8,), "auto"),
-}
+ONCE_WRONG = rows("once-wrong.txt", "systems")
 
 
-@pytest.mark.parametrize("name", ONCE_WRONG)
-def test_what_was_once_wrong(name):
-    system, tolerances, method = ONCE_WRONG[name]
-    keeps(system, *tolerances, method=method)
+@pytest.mark.parametrize(
+    ("system", "tolerances", "method"), [row[2:] for row in ONCE_WRONG], ids=[row[0] for row in ONCE_WRONG]
+)
+def test_what_was_once_wrong(system, tolerances, method):
+    """Each with the figure by which it was."""
+    keeps(eval(system), *eval(tolerances), method=method)
 
 
 BUMP = {

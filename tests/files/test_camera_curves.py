@@ -9,6 +9,7 @@ import scipy
 
 from camsim.errors import InputError, UnknownNameError
 from camsim.files.camera_curves import camera_of, read_cameras
+from tests.tables import rows
 
 NM = np.arange(380.0, 781.0, 5.0)
 VALUES = np.random.default_rng(1).uniform(0.0, 0.6, (NM.size, 3))
@@ -96,21 +97,9 @@ def test_a_monochrome_chip(tmp_path: Path) -> None:
     assert camera.curves["Y"].at(NM) == pytest.approx(VALUES[:, 0], abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "why"),
-    [
-        ("a.json", b"{", "no camera as rawtoaces writes it"),
-        ("a.json", b'{"spectral_data": {"index": {"main": ["R"]}}}', "it lacks spectral_data with index and data"),
-        ("a.txt", b"Nikon D40\n0.1\t0.2\n", "line 2 has 2 numbers; 33 are wanted"),
-        ("a.txt", b"hello\n", "no cameras in it"),
-        ("a.mat", b"not a mat", "no MATLAB file"),
-        ("a.csv", b"nm;R;G\n400;20;30\n500;30;40\n", "reaches 40, and a quantum efficiency is 1 at most"),
-        ("a.csv", b"nm;R;what\n400;0.2;0.3\n500;0.3;0.4\n", "column 'what' names no channel"),
-        ("a.xml", b"", "not a file of sensitivities; give .json, .txt, .mat, .csv"),
-    ],
-)
-def test_what_is_no_such_file_is_refused(name: str, content: bytes, why: str, tmp_path: Path) -> None:
-    (tmp_path / name).write_bytes(content)
+@pytest.mark.parametrize(("name", "content", "why"), rows("wrong-contents.txt", "sensitivities"))
+def test_what_is_no_such_file_is_refused(name: str, content: str, why: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(eval(content))
     with pytest.raises(InputError, match=why) as refused:
         read_cameras(tmp_path / name)
     assert name in str(refused.value)

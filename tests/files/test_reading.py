@@ -25,6 +25,7 @@ from camsim.files.reading import read_file
 from camsim.files.record import parse_record
 from camsim.measure import read_picture
 from tests.files.conftest import MakeFrame
+from tests.tables import rows
 
 KINDS = [
     ("a.dng", "mosaic", "DNG"),
@@ -87,21 +88,10 @@ def test_every_byte_cut_off_is_noticed(tmp_path: Path, frame: Frame) -> None:
                 read_file(tmp_path / f"cut{name}")
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (b"", "it is no DNG, OpenEXR, TIFF, PNG or NPZ of camsim"),
-        (b"P5\n2 2\n255\nabcd", "it is no DNG, OpenEXR, TIFF, PNG or NPZ of camsim"),
-        (b"MM\0*\0\0\0\x08", "it is cut short: its directory is not within its 8 bytes"),
-        (b"II*\0\x08\0\0\0", "it is cut short: its directory is not within its 8 bytes"),
-        (b"II*\0\xff\xff\xff\xff", "it is cut short: its directory is not within its 8 bytes"),
-        (struct.pack("<ii", 20000630, 2), "its header has no dataWindow"),
-        (b"\x89PNG\r\n\x1a\n", "it is cut short: it has 8 bytes and no end"),
-    ],
-)
-def test_what_is_no_image_of_ours(tmp_path: Path, content: bytes, message: str) -> None:
+@pytest.mark.parametrize(("content", "message"), rows("wrong-contents.txt", "images"))
+def test_what_is_no_image_of_ours(tmp_path: Path, content: str, message: str) -> None:
     path = tmp_path / "a.dng"
-    path.write_bytes(content)
+    path.write_bytes(eval(content))
     with pytest.raises(InputError) as caught:
         read_file(path)
     assert str(caught.value) == f"cannot read '{path}': {message}"

@@ -16,6 +16,7 @@ from camsim.measure.demosaic import compete, evaluate, methods, subject_of_captu
 from camsim.measure.demosaic.artefacts import artefacts
 from camsim.measure.demosaic.methods import signal as balanced_signal
 from camsim.measure.demosaic.similarity import ms_ssim, psnr_db, ssim
+from tests.tables import rows
 
 
 @pytest.fixture(scope="module")
@@ -110,34 +111,9 @@ def test_a_colour_difference_is_what_it_is(subject):
     assert seen.delta_e_mean > 0.0
 
 
-@pytest.mark.parametrize(
-    ("name", "spoil"),
-    [
-        ("R and B are swapped", lambda image, n: image[..., ::-1]),
-        ("wrong gamma", lambda image, n: np.clip(image, 0, None) ** (1 / 2.2)),
-        ("wrong gamma", lambda image, n: np.clip(image, 0, None) ** 1.3),
-        ("wrong white balance", lambda image, n: image * np.array([1.1, 1.0, 0.95])),
-        ("wrong black level", lambda image, n: image + 0.05),
-        ("shifted", lambda image, n: ndimage.shift(image, (0, 0.25, 0), order=3)),
-        ("shifted", lambda image, n: ndimage.shift(image, (-0.15, 0, 0), order=3)),
-        (
-            "channel shifted",
-            lambda image, n: np.stack([np.roll(image[..., 0], 1, 1), *image.transpose(2, 0, 1)[1:]], 2),
-        ),
-        (
-            "channel shifted",
-            lambda image, n: np.stack([*image.transpose(2, 0, 1)[:2], np.roll(image[..., 2], -1, 0)], 2),
-        ),
-        ("flipped", lambda image, n: image[:, ::-1]),
-        ("flipped", lambda image, n: image[::-1]),
-        ("flipped", lambda image, n: image[::-1, ::-1]),
-        ("enlarged", lambda image, n: halved(image).repeat(2, axis=0).repeat(2, axis=1)),
-        ("overflowed", lambda image, n: np.floor(image / image.max() * 400) % 256),
-        ("overflowed", lambda image, n: np.floor(np.clip(image, 0, None) / image.max() * 150_000) % 65536),
-    ],
-)
+@pytest.mark.parametrize(("name", "spoil"), rows("spoiled-pictures.txt", "demosaiced"))
 def test_what_is_wrong_is_named(name, spoil, subject, ahd):
-    assert faults(spoil(ahd, subject.neutral), subject) == [name]
+    assert faults(eval(spoil)(ahd, subject.neutral), subject) == [name]
 
 
 @pytest.mark.parametrize("scale", [1.0, 65535.0, 3e-3])

@@ -1,6 +1,5 @@
 """What is known of single photosites, from files: offsets, hot ones, and real darks of which each exposure has one."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ import camsim
 from camsim.config.from_record import shot_from_record
 from camsim.errors import InputError
 from camsim.files.reading import read_file
+from tests.tables import rows
 
 SENSOR = """\
 camsim: sensor/1
@@ -123,24 +123,9 @@ def test_it_is_taken_again_while_the_files_are_there(
         shot_from_record(description, tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("mistake", "sentence"),
-    [
-        (lambda: Path("bias.npy").unlink(), "mine.yaml:7:97: readout.offset_map: cannot read 'bias.npy': there is no "),
-        (lambda: np.save("bias.npy", np.zeros((4, 4, 3))), "'bias.npy' has the shape (4, 4, 3); a map of offsets is "),
-        (lambda: np.save("bias.npy", np.full((4, 4), np.nan)), "'bias.npy' has numbers that are not finite; a map of "),
-        (lambda: Path("hot.csv").unlink(), "mine.yaml:6:38: charge.defects: cannot read 'hot.csv': there is no such "),
-        (lambda: put("hot.csv", "x,y,rate\n1,2,3\n"), "'hot.csv' needs the columns row, col, e_per_s: a line for each"),
-        (lambda: put("hot.csv", HOT + "-1,2,3\n"), "'hot.csv', photosite 3: '-1,2,3'; give row and col, whole"),
-        (lambda: put("hot.csv", HOT + "12,2,3\n"), "charge.defects: no photosite (12, 2) in a frame of 12 × 16"),
-        (lambda: put("mine.yaml", SENSOR.replace("hot.csv", "../hot.csv")), "'../hot.csv' lies outside this file's "),
-        (lambda: put("mine.yaml", DARKS.replace("darks", "night")), "mine.yaml:6:42: charge.dark_frames: "),
-        (lambda: put("mine.yaml", DARKS.replace("darks", "../darks")), "'../darks' lies outside this file's folder"),
-        (lambda: (Path("darks").mkdir(), put("mine.yaml", DARKS)), "holds no raw file that can be read"),
-    ],
-)
-def test_a_mistake_is_told_in_one_sentence(mistake: Callable[[], None], sentence: str, bias: np.ndarray) -> None:
-    mistake()
+@pytest.mark.parametrize(("mistake", "sentence"), rows("wrong-contents.txt", "maps of photosites"))
+def test_a_mistake_is_told_in_one_sentence(mistake: str, sentence: str, bias: np.ndarray) -> None:
+    eval(mistake)()
     refused_in_a_sentence("./mine.yaml", sentence)
 
 

@@ -9,6 +9,7 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.api import load_camera
 from camsim.measure.noise import expected_of, measure_noise, take_shots
+from tests.tables import rows
 
 BENT = camsim.PolynomialResponse((-0.2,), scale_e=40_000.0)
 LOPSIDED = camsim.Crosstalk(((0, 0, 0), (0, 0.6, 0.35), (0, 0, 0)))
@@ -21,27 +22,14 @@ def camera_of(sensor, *, offsets=((0,),), **changes):
     return camera.replace(adc=dataclasses.replace(camera.adc, black_offsets_dn=offsets), **changes)
 
 
-@pytest.mark.parametrize(
-    ("figure", "sensor", "iso", "changes"),
-    [
-        ("linearity_error", "d40-like", 3200.0, {"nonlinearity": BENT}),
-        ("linearity_error", "d40-like", None, {"nonlinearity": BENT, "dual_gain": SMALL_WELL}),
-        ("linearity_error", "d40-like", None, {"nonlinearity": BENT, "crosstalk": LOPSIDED, "dark_current": HOT}),
-        ("full_well_e", "mono-345", None, {"dark_current": camsim.DarkCurrent(5e4)}),
-        ("dsnu_e", "d40-like", 400.0, {"offsets": ((0, 6, 12, 20),)}),
-        ("dsnu_e", "x-trans-376", None, {"offsets": ((0, 6), (12, 20))}),
-        ("dsnu_e", "mono-345", None, {"offsets": ((0, 6), (12, 20))}),
-        ("prnu", "d40-like", 400.0, {"nonlinearity": BENT, "prnu": camsim.Prnu(0.02), "full_well": None}),
-        ("prnu", "mono-345", None, {"nonlinearity": camsim.ResponseTable((0, 3000, 10_700), (0, 3000, 7000))}),
-        ("prnu", "x-trans-376", None, {"crosstalk": LOPSIDED, "prnu": camsim.Prnu(0.02)}),
-    ],
-)
+@pytest.mark.parametrize(("figure", "sensor", "iso", "changes"), rows("wells.txt", "profiles"))
 def test_flats_and_darks_agree_with_the_profile(figure, sensor, iso, changes):
     """Linearity was that of the well's own levels at any ISO, DSNU that of all channels' black offsets together.
 
     A full well was beside its light alone, the dark's part of it left out.
     """
-    camera = camera_of(sensor, **changes)
+    iso = eval(iso)
+    camera = camera_of(sensor, **eval(changes))
     for channel in measure_noise(take_shots(camera, side=48, frames=4, iso=iso)).channels:
         stated, found = expected_of(camera, channel.channel, iso=iso)[figure], channel.figures()[figure]
         if math.isfinite(found.at_most):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from camsim.measure.noise import Group, Shots, measure_noise, read_shots
+from tests.tables import rows
 
 TIME_S = 0.01
 NONE_FULL = r"the brightest flats, at exposure 9000, do not fill the channel"
@@ -70,33 +71,14 @@ CONVERTER = r"^the converter ends at [78]\d\d\d e⁻, before the well is full"
 MONO, TWO_FULL = (500, 1000, 2000, 4000, 6000), (500, 1000, 2000, 3000, 4000, 9000)
 
 
-@pytest.mark.parametrize(
-    ("sensor", "levels", "clipped", "stated"),
-    [
-        (Sensor(well_e=12_000), (*MONO, 9000), None, {"Y": NONE_FULL}),
-        (
-            Sensor(well_e=12_000, last_dn=4400, bayer=True),
-            (*MONO, 9000),
-            None,
-            {"R": NONE_FULL, "G": CONVERTER, "B": NONE_FULL},
-        ),
-        (
-            Sensor(well_e=12_000, last_dn=4400, bayer=True),
-            MONO,
-            9000,
-            {"R": NONE_FULL, "G": CONVERTER, "B": NONE_FULL},
-        ),
-        (Sensor(well_e=5000, bayer=True), MONO[:-1], 9000, {"R": NONE_FULL, "G": 5000, "B": NONE_FULL}),
-        (Sensor(well_e=5000), TWO_FULL, None, {"Y": 5000}),
-        # Half of the photosites are: the mean is no saturation.
-        (Sensor(well_e=9000), MONO, 9000, {"Y": NONE_FULL}),
-        (Sensor(last_dn=4900), MONO, 9000, {"Y": r"^the converter ends at [89]\d\d\d e⁻"}),
-    ],
-)
+@pytest.mark.parametrize(("sensor", "levels", "clipped", "stated"), rows("wells.txt", "full or not"))
 def test_a_channel_is_full_or_has_no_full_well(rng, sensor, levels, clipped, stated):
-    """The brightest flat of all was a full well of 2800 e⁻ where 12 000 fit in, and of R where G alone was full."""
-    for channel in measure_noise(sensor.shots(rng, levels, clipped=clipped)).channels:
-        figures, expected = channel.figures(), stated[channel.channel]
+    """The brightest flat of all was a full well of 2800 e⁻ where 12 000 fit in, and of R where G alone was full.
+
+    Where half of the photosites are full the mean is no saturation.
+    """
+    for channel in measure_noise(eval(sensor).shots(rng, eval(levels), clipped=eval(clipped))).channels:
+        figures, expected = channel.figures(), eval(stated)[channel.channel]
         well, saturation = figures["full_well_e"], figures["saturation_e"]
         if isinstance(expected, int):
             assert abs(well.value - expected) < 4.5 * well.sigma

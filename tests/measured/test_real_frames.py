@@ -15,6 +15,7 @@ from camsim.cli.app import app
 from camsim.errors import InputError
 from camsim.measure import read_picture
 from camsim.measure.noise import ChannelNoise, measure_noise, read_shots
+from tests.tables import rows
 
 GAIN, READ_E, PRNU, DARK_E_PER_S = 0.2, 3.0, 0.006, 5.0
 LEVELS = (400, 900, 1800, 3200, 5200, 7600, 9600, 12000, 14500)
@@ -171,19 +172,9 @@ def test_mosaics_of_netpbm_and_matlab(tmp_path: Path) -> None:
         assert {plane.white for plane in planes} == {white}
 
 
-@pytest.mark.parametrize(
-    ("data", "sentence"),
-    [
-        (b"P5 20 12 4095\n" + bytes(10), "it is cut short: 12 × 20 samples need 480 bytes"),
-        (b"P5 " + b" " * 70_000, "it is no PGM"),
-        (b"P5 900000 900000 65535\n", "its image takes 1620000 MB unpacked"),
-        (b"P5 2 1 300\n\xff\xff\0\0", "it holds 65535, and says that its largest sample is 300"),
-        (b"P2 2 1 300\n1 x", "it holds no 1 × 2 whole numbers"),
-        (b"P5 2 1 70000\n", "it says 1 × 2 samples of 0 to 70000"),
-    ],
-)
-def test_a_pgm_that_is_none(data: bytes, sentence: str, tmp_path: Path) -> None:
-    (tmp_path / "a.pgm").write_bytes(data)
+@pytest.mark.parametrize(("data", "sentence"), rows("wrong-contents.txt", "PGM"))
+def test_a_pgm_that_is_none(data: str, sentence: str, tmp_path: Path) -> None:
+    (tmp_path / "a.pgm").write_bytes(eval(data))
     with pytest.raises(InputError, match=sentence):
         read_picture(tmp_path / "a.pgm")
 

@@ -15,6 +15,7 @@ from camsim.rendering.direct.scenery import pieces_of
 from camsim.scene import arrange
 from camsim.scene.arcs import Fineness
 from camsim.scene.side_limits import SideLimits
+from tests.tables import rows
 
 FINE = SideLimits(segment_um=0.7, wobble_um=1e-3, cut_um2=1e-3, moment_um3=1e-3)
 RING, CIRCLE = math.pi * (49 - 16), math.pi * 49
@@ -60,59 +61,9 @@ DOTS = [("move", 3, 1), ("line", 3, 1), ("move", 9, 1), ("close",), ("move", 20,
 SQUARES = [("move", 3, 1), ("arc", 5, 5, 0, 1, 1, 3, 1), ("move", 9, 1), ("close",), ("line", 14, 1)]
 SIDES = [("move", 0, 0), ("line", 8, 0), ("line", 8, 8), ("line", 0, 8), ("close",)]
 CROSSING = camsim.Rectangle(width_um=30, height_um=30, centre_um=(15, 0), reflectance=0.2)
-SHAPES = {
-    "disc": (camsim.Disc(radius_um=7, centre_um=(3, 2), reflectance=0.2), CIRCLE),
-    "ellipse": (camsim.Ellipse(radius_x_um=17, radius_y_um=2, rotate_deg=20, reflectance=0.2), 34 * math.pi),
-    "ring": (HOLED, RING),
-    "sector": (sector(300, from_deg=-40), CIRCLE * 5 / 6),
-    "part of a ring": (sector(90, 4, centre_um=(1, 1)), RING / 4),
-    "a full turn": (sector(360, 4), RING),
-    "hexagon": (camsim.RegularPolygon(sides=6, radius_um=2, reflectance=0.2), 6 * math.sqrt(3)),
-    "star": (camsim.Star(tips=5, radius_um=1, inner_radius_um=HEART, reflectance=0.2), POINTED),
-    "polygon with holes": (
-        camsim.Polygon(points_um=[(0, 0), (9, 0), (9, 9), (0, 9)], holes_um=HOLES, reflectance=0.2),
-        81 - 0.5 - 16,
-    ),
-    "cubic": (curved(("move", 0, 0), ("cubic", 10, 0, 10, 10, 0, 10), ("close",)), 60.0),
-    "parabola": (curved(("move", 0, 0), ("quadratic", 3, 6, 6, 0)), 12.0),
-    "half an ellipse": (curved(("move", -6, 0), ("arc", 6, 3, 0, 0, 1, 6, 0)), 9 * math.pi),
-    "arcs too short for their chord": (curved(("move", -6, 0), ("arc", 2, 1, 0, 0, 1, 6, 0)), 9 * math.pi),
-    "bow tie": (path((0, 0), (2, 2), (2, 0), (0, 2)), 2.0),
-    "pentagram, all of it": (pentagram("nonzero"), POINTED),
-    "pentagram, its tips": (pentagram("evenodd"), POINTED - five(HEART)),
-    "round twice, once": (path((0, 0), (2, 0), (2, 2), (0, 2), (0, 0), (2, 0), (2, 2), (0, 2)), 4.0),
-    "a frame": (line(2, *FRAME), 11 * 9 - 7 * 5),
-    "round ends": (line(2, ("move", 0, 0), ("line", 9, 0), cap="round"), 18 + math.pi),
-    "no length and round ends": (line(2, *DOTS, cap="round"), 2 * math.pi),
-    "no length and square ends": (line(3, *SQUARES, cap="square"), 3 * 3 + 8 * 3),
-    "a bent line": (line(4, *QUARTER, cap="square"), math.pi * (100 - 36) / 4 + 2 * 4 * 2),
-    "wider than it is bent": (line(6, ("move", 1, 0), ("arc", 1, 1, 0, 0, 1, -1, 0)), 0.5 * math.pi * (4**2 + 2**2)),
-    # One goes on where the outline begins.
-    "dashes round the corners": (line(2, *SIDES, dashes_um=[4], dash_offset_um=-30), 4 * 8),
-    "dashes of a bent line": (line(4, *QUARTER, dashes_um=[math.pi, math.pi]), 2 * math.pi * 4),
-    "an area of Shapely's": (camsim.Path.of(BOXES, reflectance=0.2), 36 - 9 + 2),
-    "corners that cross": (camsim.Path.of(np.array([(0, 0), (4, 4), (4, 0), (0, 4)]), reflectance=0.2), 8.0),
-    "group": (
-        camsim.Group(shapes=[HOLED], scale=(2, 0.5), turn_deg=30, mirror="left-right", move_um=(5, 5)),
-        RING,
-    ),
-    "dash over a piece shorter than rounding": (
-        line(2, ("move", -10, 0), ("line", -1e-17, 0), ("line", 0, 0), ("line", 5, 0), dashes_um=[12, 100]),
-        24.0,
-    ),
-    # Where (1 − t)·32 = t·18: after 32²/50, with half a disc.
-    "line along a curve that turns back": (
-        line(4, ("move", 0, 0), ("quadratic", 32, 0, 14, 0), join="bevel"),
-        4 * 32**2 / 50 + 2 * math.pi,
-    ),
-    "matrix": (camsim.Group(shapes=[DISC], matrix=(1.5, 0.2, -0.7, 1, 9, 9)), CIRCLE * (1.5 * 1 + 0.2 * 0.7)),
-    "clip": (camsim.Group(shapes=[CROSSING], clip=DISC), CIRCLE / 2),
-    "grid": (
-        camsim.RepeatOnGrid(shapes=[camsim.Disc(radius_um=1, reflectance=0.2)], cols=3, rows=4, step_um=(3, 2.5)),
-        12 * math.pi,
-    ),
-    "ring of sectors that touch": (camsim.RepeatOnRing(shapes=[sector(30, 4)], count=12), RING),
-}
+# One of the dashes goes on where the outline begins. A line along a curve turns back where (1 − t)·32 = t·18: after
+# 32²/50, with half a disc.
+SHAPES = {name: (eval(shape), eval(area)) for name, shape, area in rows("areas.txt", "of shapes")}
 
 
 @pytest.mark.parametrize(

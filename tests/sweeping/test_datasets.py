@@ -13,6 +13,7 @@ from camsim.errors import CamsimError, ConfigError, InputError, OutputError
 from camsim.study import check_dataset, dataset, forecast_dataset, read_dataset, read_pair, samples, shards
 from camsim.study.captures import captures_of
 from camsim.study.dataset import shards_of
+from tests.tables import rows
 
 MADE_OF = {
     "scene": ["slanted-edge", "flat-field", "grey-steps", "checkerboard"],
@@ -287,19 +288,10 @@ def test_keys_that_some_scenes_do_not_know_name_them():
     check_dataset(made_of)
 
 
-@pytest.mark.parametrize(
-    ("keys", "why"),
-    [
-        ({"crops": {"rows": 25, "cols": 10}}, "crops.rows: 25 is more than the 24 of a capture"),
-        ({"scene": "slanted-edge"}, "splits: 1 different scenes for 3 splits; vary the scene"),
-        ({"splits": {"train": 0.5, "val": 0.1, "test": 0.1}}, "train, val and test add up to 0.7"),
-        ({"hold": ["noise"]}, "hold.0: must be"),
-        ({"vary": {"exposure.iso": [-1]}}, "vary.exposure.iso: must be a number from 0.001 to 1e+09"),
-    ],
-)
+@pytest.mark.parametrize(("keys", "why"), rows("wrong-contents.txt", "datasets"))
 def test_what_is_wrong_is_said_before_anything_is_made(keys, why, tmp_path):
     with pytest.raises((ConfigError, CamsimError)) as caught:
-        dataset({**MADE_OF, **keys}, tmp_path / "out", workers=0)
+        dataset({**MADE_OF, **eval(keys)}, tmp_path / "out", workers=0)
     assert why in str(caught.value)
     assert not (tmp_path / "out").exists()
 
