@@ -5,30 +5,9 @@ import subprocess
 import sys
 
 from bench.imports import DOORS, FLOORS, PACKAGE, SOURCES, circle, doors, graph, module_of, read, upward, within
+from tests.tables import rows
 
-LIBRARIES = {
-    "pydantic": ("camsim.config",),
-    "pydantic_core": ("camsim.config",),
-    "yaml": ("camsim.config",),
-    "colour": ("camsim.spectra.colour_science",),
-    "numba": ("camsim.core.kernels", "camsim.rendering", "camsim.measure"),
-    "finufft": ("camsim.numerics.nonuniform",),
-    "shapely": ("camsim.scene", "camsim.measure"),
-    "tifffile": ("camsim.files",),
-    "OpenEXR": ("camsim.files",),
-    "PIL": ("camsim.files", "camsim.scene.svg"),
-    "fontTools": ("camsim.scene",),
-    "segno": ("camsim.scene.charts",),
-    "imagecodecs": ("camsim.files",),
-    "matplotlib": ("camsim.cli", "camsim.bench"),
-    "threadpoolctl": ("camsim.core.cores",),
-    "typer": ("camsim.cli",),
-    "rich": ("camsim.cli",),
-    "platformdirs": ("camsim.core.kernels", "camsim.spectra.cached"),
-    "lazy_loader": ("camsim",),
-    "psutil": ("camsim.core.memory", "camsim.bench", "camsim.study"),
-    "optiland": ("camsim.config.lens_glass",),
-}
+LIBRARIES = {library: tuple(known.split()) for library, known in rows("names.txt", "libraries")}
 COLOUR_DATA = ("camsim.spectra", "camsim.sensor.colour_matrix", "camsim.measure")
 SPEAKS = ("camsim.cli",)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import camsim
+from tests.tables import rows
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "camsim"
@@ -26,31 +27,7 @@ UNITS = (
     *("e", "electrons", "e_per_s", "dn", "dn_per_e", "electrons_per_dn", "ff"),
     *("s", "seconds", "per_s", "c", "k", "iso", "fraction"),
 )
-DIMENSIONLESS = {
-    "ratios": "f_number of_cutoff distortion_powers magnification photosites border scale miter_limit line",
-    "fractions": (
-        "fill_factor fraction crosstalk distortion relative_illumination uniforms kernel spill nonuniformity "
-        "obstruction share allowed"
-    ),
-    "electrons, as the name or the docstring says": "band peak truth hot electrons_in electrons_out",
-    "fractions, or curves of them": (
-        "reflectance low high background transmission veiling_glare surfaces passes filters spectra"
-    ),
-    "in a pattern's or a drawing's own unit": (
-        "values whole rho core breaks powers rings points longest rx ry x1 y1 x2 y2"
-    ),
-    "relative": "spectrum neutral white_xyz normals irradiance precision",
-    "relative to a perfect diffuser": (
-        "tolerance error_estimate standard_error truth_error_estimate planes_error finest"
-    ),
-    "in the unit of the response, or relative": "image planes",
-    "unit vectors, matrices, flags": "camera_to_xyz xyz_to_camera direction along across matrix large sweep",
-    "of a law's shape": "exponent student_dof tukey_lambda spread coefficients",
-    "half diameters of the pupil": "outer x y shift ends along_u along_t",
-    "shares of a curve's parameter, or of a patch's sides": "t u begin size t0 t1",
-}
-"""Numbers without a unit: what they are, and their names."""
-UNITLESS = {name for names in DIMENSIONLESS.values() for name in names.split()}
+UNITLESS = {name for _, names in rows("names.txt", "numbers without a unit") for name in names.split()}
 NUMBERS = ("float", "F64", "F32", "Spectrum", "Reflectance", "Transmission", "Filter", "Corners", "Point")
 LIMITED = ("Positive", "NonNegative", "Fraction", "Celsius")
 NUMBER = re.compile(rf"\b({'|'.join((*NUMBERS, *LIMITED))})\b")

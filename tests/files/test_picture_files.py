@@ -21,6 +21,7 @@ import camsim.measure
 from camsim.camera.description import describe
 from camsim.config.from_record import stages_from_record
 from camsim.errors import CamsimError, InputError
+from tests.tables import rows
 
 ROWS, COLS = 5, 7
 RGB = np.random.default_rng(3).integers(0, 256, (ROWS, COLS, 3)).astype(np.uint8)
@@ -425,44 +426,12 @@ def with_alpha(alpha: int) -> Image.Image:
     return Image.fromarray(np.dstack([RGB, np.full((ROWS, COLS), alpha, np.uint8)]))
 
 
-REFUSED: list[tuple[str, Callable[[Path], Path], str]] = [
-    ("ENVI of 10⁹", envi_of_a_thousand_million, "it is cut short: its header says 25000 × 40000 × 1 numbers"),
-    ("ENVI of 10⁹ bytes", envi_of_a_thousand_million_that_are_there, "it holds 1000 million numbers, and 400 are the"),
-    ("PNG of 10⁹", png_of_a_thousand_million, "its image takes 3000 MB unpacked, from"),
-    ("HDF5 of 10⁹", hdf5_of_a_thousand_million, "its image takes 248000 MB unpacked"),
-    ("cube without wavelengths", saved("a.npy", CUBE), "it has 4 bands and says no wavelengths; give wavelength_nm"),
-    ("NaN", saved("a.npy", np.where(RGB > 100, np.nan, 0.5)), "its sample ["),
-    ("negative", saved("a.npy", np.full((4, 4), -0.5)), "scale: makes samples from -0.5 to -0.5, and no reflectance"),
-    ("int64", saved("a.npy", RGB.astype(np.int64)), "its samples are int64, and nobody knows which of them is white"),
-    ("int16", saved("a.npy", RGB.astype(">i2")), "its samples are int16, and nobody knows which of them is white"),
-    ("uint32", saved("a.npy", RGB.astype(np.uint32)), "its samples are uint32, and nobody knows which of them is"),
-    ("complex", saved("a.npy", np.ones((4, 4), complex)), "its array holds no plain numbers"),
-    ("CMYK", saved("a.jpg", Image.fromarray(RGB).convert("CMYK")), "it has 4 colours (CMYK, for printing)"),
-    ("CMYK TIFF", saved("a.tiff", Image.fromarray(RGB).convert("CMYK")), "its samples mean something else than light"),
-    ("one colour's alpha", png_with(b"tRNS" + bytes(6)), "one of its colours is transparent (tRNS)"),
-    ("BT.2020", png_with(b"cICP\x09\x10\x00\x01"), "its colours are those of the profile 'cICP 9 16 0 1'; convert it"),
-    ("other primaries", png_with(ADOBE), "its colours are those of the profile 'cHRM, other primaries"),
-    ("EXR of ACEScg", exr_with({"": RED}, chromaticities=ACES), "'chromaticities, other primaries or another white'; "
-     "convert it to sRGB, or give encoding: linear"),
-    ("TIFF of Adobe RGB", tiff_of_adobe, "'PrimaryChromaticities, other primaries"),
-    ("left and right", exr_with({"left": RED, "right": DIM}), "it holds several images, 'left', 'right', and nobody"),
-    ("two Combined", exr_with({"A.Combined": RED, "B.Combined": DIM}), "several images, 'A.Combined', 'B.Combined'"),
-    ("only normals", exr_with({"N:X Y Z": RED}), "its channels are X, Y, Z; R, G, B, or Y"),
-    ("no image", exr_with({"N:X Y Z": RED, "u:V": RED}), "none of its layers has R, G and B, or Y; there are 'N', 'u'"),
-    ("EXR's alpha", exr_with({"": RED, ":A": DIM}), "it is transparent in places (alpha)"),
-    ("two arrays", arrays_of_one_size, "it holds several arrays of one size, 'clean', 'noisy', and nobody knows"),
-    ("alpha", saved("a.png", with_alpha(200)), "it is transparent in places (alpha)"),
-    ("palette", saved("a.png", Image.fromarray(RGB).convert("P")), "it is an image of a colour palette"),
-    ("JPEG cut short", truncated("a.jpg", Image.fromarray(RGB)), "its JPEG is damaged"),
-    ("PNG cut short", truncated("a.png", Image.fromarray(RGB)), "it is cut short"),
-    ("another kind", saved("a.gif", Image.fromarray(RGB)), "a file of the kind .gif is no picture that is read"),
-    ("nothing", lambda folder: folder / "a.png", "there is no such file"),
-]  # fmt: skip
+REFUSED = rows("wrong-contents.txt", "pictures")
 
 
 @pytest.mark.parametrize(("make", "words"), [case[1:] for case in REFUSED], ids=[case[0] for case in REFUSED])
-def test_what_cannot_be_read_is_one_sentence(tmp_path: Path, make: Callable[[Path], Path], words: str) -> None:
-    path = make(tmp_path)
+def test_what_cannot_be_read_is_one_sentence(tmp_path: Path, make: str, words: str) -> None:
+    path = eval(make)(tmp_path)
     with pytest.raises(CamsimError) as refused:
         camsim.read_picture(path, width_um=10.0)
     said = str(refused.value)

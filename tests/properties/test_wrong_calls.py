@@ -9,52 +9,19 @@ import numpy as np
 import pytest
 import shapely
 from electronics import LAWS
-from test_many_wrong_calls import CAMERA, EXPOSURE, FLAT, GRID, LIGHT, SCENE
+from test_many_wrong_calls import CAMERA, EXPOSURE, FLAT, GRID, LIGHT, SCENE  # noqa: F401 (stages are told by their text)
 
 import camsim
 from camsim.errors import CamsimError, InvalidValueError, WrongCallError
+from tests.tables import rows
 
 CORNERS = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
 TRIANGLE = (("move", 0.0, 0.0), ("line", 1.0, 0.0), ("line", 0.0, 1.0), ("close",))
 
 STAGES: tuple[Any, ...] = (
-    CAMERA, SCENE, LIGHT, EXPOSURE, FLAT, CAMERA.cfa, CAMERA.adc, CAMERA.quantum_efficiency, CAMERA.lens,
-    camsim.Capture(camera=CAMERA, scene=SCENE, light=LIGHT, exposure=EXPOSURE),
-    camsim.Region(rows=4, cols=4), GRID,
-    camsim.Rectangle(width_um=1.0, height_um=1.0, reflectance=0.1), SCENE.shapes[0],
-    camsim.Polygon(points_um=CORNERS, reflectance=0.1),
-    camsim.RegularPolygon(sides=5, radius_um=1.0, reflectance=0.1), camsim.HalfPlane(reflectance=0.1),
-    camsim.Star(tips=5, radius_um=2.0, inner_radius_um=1.0, reflectance=0.1),
-    camsim.Ellipse(radius_x_um=1.0, radius_y_um=2.0, reflectance=0.1),
-    camsim.Ring(radius_um=2.0, inner_radius_um=1.0, reflectance=0.1),
-    camsim.Sector(radius_um=2.0, turn_deg=90.0, reflectance=0.1), camsim.Text(text="a", size_um=9.0, reflectance=0.1),
-    camsim.Path(segments_um=TRIANGLE, reflectance=0.1),
-    camsim.Line(segments_um=TRIANGLE, width_um=0.1, reflectance=0.1),
-    camsim.Picture(planes=np.full((1, 2, 2), 0.5), width_um=4.0),
-    camsim.PointSource(electrons=9.0),
-    camsim.LinearGradient(width_um=4.0, height_um=4.0), camsim.RadialGradient(radius_um=4.0),
-    camsim.SineGrating(width_um=4.0, height_um=4.0, period_um=2.0),
-    camsim.SineZonePlate(radius_um=4.0, finest_period_um=1.0),
-    camsim.SineStar(radius_um=4.0, inner_radius_um=2.0, cycles=3),
-    camsim.Group(shapes=SCENE.shapes), camsim.RepeatOnGrid(shapes=SCENE.shapes, step_um=(1.0, 1.0)),
-    camsim.RepeatOnRing(shapes=SCENE.shapes, count=3),
-    camsim.Chart(name="siemens-star", parameters={"radius_um": 9.0}), camsim.Svg(name="a", shapes=SCENE.shapes),
-    camsim.AnnularAiry(f_number=8.0, obstruction=0.3), camsim.Gaussian(sigma_um=1.0), camsim.Pupil(),
-    camsim.EllipticalGaussian(covariance_um2=((1.0, 0.0), (0.0, 2.0))),
-    camsim.MeasuredMatrix(
-        light="D50", white_xyz=(0.96, 1.0, 0.82), camera_to_xyz=((1.2, 0.1, 0.1), (0.5, 0.9, -0.2), (0.0, -0.1, 1.5))
-    ),
-    camsim.MeasuredPsf(irradiance=((0.0, 1.0), (1.0, 2.0)), spacing_um=0.5), camsim.Wavefront(f_number=8.0),
-    camsim.MeasuredOtf(values=np.pad([[1.0]], 1), spacing_per_um=0.5), camsim.TwoSpotOlpf(split_um=2.0),
-    camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 0.5, 0.0)), camsim.FourSpotOlpf(split_um=2.0),
-    CAMERA.photosite, camsim.CircularPhotosite(diameter_um=2.0), camsim.PolygonPhotosite(points_um=CORNERS),
-    camsim.RectangularPhotosite(width_um=2.0, height_um=2.0),
-    camsim.RoundedPhotosite(width_um=2.0, height_um=2.0, radius_um=0.5),
-    camsim.Cos4Falloff(exit_pupil_mm=50.0), camsim.RadialFalloff(radius_mm=(0.0, 1.0), values=(1.0, 0.5)),
-    camsim.DualGain(from_iso=800.0, read_noise_e=1.0),
-    camsim.FieldLens(f_number=4.0, wavelength_nm=[550.0], zernike=[4], waves=[[[0.0], [0.1]]], height_um=[0.0, 5e3]),
+    *(eval(stage) for (stage,) in rows("stages.txt", "one of each class")),
     *{type(law.stage): law.stage for law in LAWS.values() if dataclasses.fields(law.stage)}.values(),
-)  # fmt: skip
+)
 PUBLIC = [stage for stage in STAGES if type(stage).__name__ in camsim.__all__]
 PARAMETERS = [(stage, field.name) for stage in PUBLIC for field in dataclasses.fields(stage) if field.init]
 
