@@ -12,7 +12,7 @@ from tests.attack.draw import draw
 from tests.attack.judge import judged
 from tests.attack.table import summary
 
-WARM_UP = (2, 6, 10, 12, 16, 22, 35)
+WARM_UP = (2, 6, 10, 12, 22, 35, 43)
 WRONG = {"over", "silent", "crash"}
 
 

@@ -17,8 +17,7 @@ from tests.truth import field_lens
 from tests.truth.pupils import TooLarge
 
 PATIENCE_S = 4.0  # of one processor's time, then a rendering, or a judge, is stopped: to be slow is no fault
-QUICK_S, QUICK_PATIENCE_S = 1.0, 3.0  # a quick attack sets aside what is expected to take longer, and its judges stop
-QUICK_CHANGING = 1e-4  # tolerance of a lens that changes over the frame, from which it is quick
+QUICK_PATIENCE_S = 2.0  # the same of a quick attack
 HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance
 FINEST = 1e-11
 ALL_AT_ONCE_S = 0.15  # so long Fourier sums judge every photosite of a frame
@@ -33,13 +32,13 @@ AT_RANDOM = 8  # photosites judged by line integrals, besides those where closed
 
 def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     """Record of one system; ``thorough``: the truth where it takes seconds too; ``patience_s`` 0: wait for ever."""
+    if not thorough:
+        patience_s = min(patience_s, QUICK_PATIENCE_S)
     system = draw(seed, number)
     rng = np.random.default_rng([seed, number, 1])
     record = described(system, seed, number) | {"faults": []}
     begin = time.process_time()
     try:
-        if not thorough and (expected := _expected_quick(system)) > QUICK_S:
-            return record | {"set_aside": True, "expected": expected, "seconds": 0.0}
         rendering = _rendered(system, patience_s)
     except (UnsupportedError, InvalidValueError, AccuracyError) as refused:
         return record | {"refused": f"{type(refused).__name__}: {refused}", "seconds": time.process_time() - begin}
@@ -54,7 +53,7 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     record |= {"error": 0.0, "truth_error": 0.0, "judge": "nobody"}
     with (
         contextlib.suppress(Patience, UnsupportedError, InvalidValueError, AccuracyError),
-        _at_most(patience_s if thorough else min(patience_s, QUICK_PATIENCE_S)),
+        _at_most(patience_s),
     ):
         record |= _errors(system, rendering, rng, thorough)
     record["judge_seconds"] = time.process_time() - begin
@@ -76,13 +75,6 @@ def described(system, seed, number):
         "asked": system["method"], "rows": system["grid"]["rows"], "cols": system["grid"]["cols"],
         "wavelengths": len(system["wavelength_nm"]), "shapes": len(system["shapes"]),
     }  # fmt: skip
-
-
-def _expected_quick(system):
-    """Seconds that it is expected to take; what is expected of lenses that change over the frame is far too much."""
-    if system["lens"]["kind"] in systems.FIELD_LENSES and system["tolerance"] >= QUICK_CHANGING:
-        return 0.0
-    return systems.choice(system, tolerance=system["tolerance"], method=system["method"]).cost.seconds
 
 
 def _rendered(system, patience_s):
