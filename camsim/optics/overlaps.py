@@ -309,9 +309,7 @@ class Overlaps:
         nodes : per axis of an overlap, at the fractions ``SHARES`` of the border's ρ; between two the larger
         """
         pupil = self.lens.pupil
-        if (
-            0.0 < self.symmetry_rad < math.pi
-        ):  # symmetry of a regular polygon: rotation, and reflection about its corners
+        if 0.0 < self.symmetry_rad < math.pi:  # of a regular polygon: rotation, and reflection about its corners
             first = math.radians(pupil.rotate_deg) + (0.25 * math.pi if pupil.shape == "square" else 0.0)
             turned: F64 = np.remainder(angle - first, self.symmetry_rad)
             angle = np.asarray(first + np.round(np.minimum(turned, self.symmetry_rad - turned), DIGITS), np.float64)

@@ -80,10 +80,10 @@ class EdgeSource:
         for first in range(0, self.kinds, at_once):
             strengths = along * np.take(jump[first : first + at_once], which, axis=1)
             out[first : first + at_once] = modes(places, strengths, out.shape[1:], precision=self.precision, sign=-1)
-        for whole, area in zip(out, areas, strict=True):
+        for whole, area in zip(out, areas.tolist(), strict=True):
             shared(
                 len(whole),
-                functools.partial(slope, whole, -rows.start, step_x, step_y, float(area)),
+                functools.partial(slope, whole, -rows.start, step_x, step_y, area),
                 least=ROWS_AT_ONCE,
             )
         return out
