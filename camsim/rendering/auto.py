@@ -19,7 +19,7 @@ from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.engine import Paper
 from camsim.rendering.waves.plan import Waves, WavesPlan
-from camsim.scene import Scene
+from camsim.scene import Scene, flattened
 
 BOUNDARY, FREQUENCIES = Boundary(), Waves()
 ENGINES: dict[str, Engine] = {
@@ -33,6 +33,7 @@ IMAGE_BYTES = 24.0  # of a photosite: whole images, which do not count as an eng
 AROUND = 1.5  # what counted operations take in all, with what is not counted
 CAPTURE_SECONDS, RECORDED_SECONDS = 0.035, 5e-8  # of a capture, and of a photosite's noise and code
 CROWD = 20_000  # edges from which on closed forms are not considered
+CURVES = 1_000  # lines, circles and other curves of a scene that direct sums check, however many edges they become
 DIRECT = 2e-7  # finest tolerance that direct sums can check
 WIDEST = 50.0  # largest side of a picture's sample for direct sums, in periods of the highest frequency
 
@@ -94,9 +95,11 @@ def choose(
 
 
 def _checker(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
-    """Return the check: direct sums for few edges and a rotationally symmetric lens, else a second frequency sum."""
+    """Return the check: direct sums for few outlines and a rotationally symmetric lens, else a second frequency sum."""
     job, like = plan.job, plan if isinstance(plan, WavesPlan) else None
-    few = len(job.edges) <= MANY and (fields is None or _waves_of_samples(fields) <= WIDEST)
+    curves = (len(fill.curves.kind) for one in flattened(scene.shapes) for fill in one.fills)
+    few = len(job.edges) <= MANY or sum(curves) <= CURVES
+    few = few and (fields is None or _waves_of_samples(fields) <= WIDEST)
     finest = job.tolerance if fields is None else job.tolerance / fields.brighter
     if isinstance(job.system.lens, RoundLens) and not job.system.more and finest >= DIRECT and few:
         return DirectCheck(job, scene)
