@@ -117,13 +117,21 @@ class Layer:
         placed: F64 = self.corner + self.step * np.einsum("na,ax->nx", samples, self.axes)
         return placed
 
+    def within(self, low: F64, high: F64) -> list[tuple[float, float]]:
+        """Return the least and the greatest u, and v, of a box (low, high), pitches."""
+        corners = np.array([[x, y] for x in (low[0], high[0]) for y in (low[1], high[1])]) - self.corner
+        u, v = np.einsum("nx,ax->an", corners / self.step, self.axes)
+        return [(float(one.min()), float(one.max())) for one in (u, v)]
+
     @cached_property
-    def _splines(self) -> F64:
+    def splines(self) -> F64:
         """Spline coefficients (planes, rows, cols) of the picture, without offset and ones."""
         planes: F64 = self.picture.planes
         if self.degree < 2:
             return planes
-        return np.stack([_spline_of(_spline_of(plane).T).T for plane in planes])
+        down = scipy.ndimage.spline_filter1d(planes, 3, axis=1, mode="reflect")
+        across: F64 = scipy.ndimage.spline_filter1d(down, 3, axis=2, mode="reflect")
+        return across
 
     def all_coefficients(self, turned: bool) -> F64:
         """Return all coefficients (planes, rows, cols); if ``turned``, with rows and columns exchanged."""
@@ -133,10 +141,10 @@ class Layer:
     def coefficients(self, rows: range, cols: range) -> F64:
         """Return coefficients (planes, rows, cols) of a window of samples; beyond the picture they are mirrored."""
         if rows.start >= 0 and rows.stop <= self.shape[0] and cols.start >= 0 and cols.stop <= self.shape[1]:
-            one = self._splines[:, rows.start : rows.stop, cols.start : cols.stop]
+            one = self.splines[:, rows.start : rows.stop, cols.start : cols.stop]
         else:
             down, across = mirrored(rows, self.shape[0]), mirrored(cols, self.shape[1])
-            one = self._splines[:, down[:, None], across[None, :]]
+            one = self.splines[:, down[:, None], across[None, :]]
         out = np.empty((self.planes, len(rows), len(cols)))
         np.subtract(one, self.offset[:, None, None], out=out[: len(one)])
         out[len(one) :] = 1.0
@@ -151,15 +159,6 @@ def mirrored(wanted: range, count: int) -> np.ndarray:
     """
     place = np.arange(wanted.start, wanted.stop) % (2 * count)
     return np.where(place < count, place, 2 * count - 1 - place)
-
-
-def _spline_of(values: F64) -> F64:
-    """Return the coefficients (n, m) of cubic splines that interpolate values (n, m), mirrored at either end."""
-    bands = np.tile(np.array([[1.0], [4.0], [1.0]]) / 6.0, (1, len(values)))
-    bands[1, 0] += 1.0 / 6.0
-    bands[1, -1] += 1.0 / 6.0
-    solved: F64 = scipy.linalg.solve_banded((1, 1), bands, np.asarray(values, np.float64))
-    return solved
 
 
 def refined(coefficients: F64, degree: int, times: int) -> F64:

@@ -22,6 +22,7 @@ LONGEST_PATCH = 9.0  # radians: phase of half a patch at the highest frequency u
 LONGEST_SQUARE = 8.0  # pitches: larger squares would extend too far beyond a window's support
 THREE = 3  # samples that replace one in a refinement
 MOST_NODES = 64
+CLIPPED = 8  # samples retained beside the part of a picture that is needed
 
 
 class Splines(NamedTuple):
@@ -55,7 +56,7 @@ class Splines(NamedTuple):
 
 
 class Support(NamedTuple):
-    """A box (low, high), pitches, outside of which only frequencies up to ``cut`` cycles/pitch are needed."""
+    """A box (low, high), pitches, outside of which only frequencies up to ``cut`` cycles/pitch are needed; 0: none."""
 
     low: F64
     high: F64
@@ -73,6 +74,8 @@ def splines_of(
     times, parts = 1, max(parts_of(layer, cut), math.ceil(layer.step / longest - 1e-9))
     around = 0 if layer.degree == 0 else layer.degree + 2
     rows, cols = (range(-around, count + around) for count in layer.shape)
+    if support is not None and not support.cut:
+        cols, rows = (_clipped(one, *ends) for one, ends in zip((cols, rows), layer.within(*support[:2]), strict=True))
     fine = layer.coefficients(rows, cols)
     while times < parts:
         fine, times = refined(fine, layer.degree, THREE), THREE * times
@@ -100,8 +103,9 @@ def splines_of(
     if support is not None:
         middles = [layer.places((knot + one[:, ::-1] + 0.5) / times) for one in both]
         near = [np.all((one >= support.low) & (one <= support.high), axis=1) for one in middles]
-        far = [~one for one in near]
-        found.append(_corrections(layer, fine, lattice, cover, patches, far, math.pi * support.cut * step, allowed))
+        if support.cut:
+            far = [~one for one in near]
+            found.append(_corrections(layer, fine, lattice, cover, patches, far, math.pi * support.cut * step, allowed))
     found.append(_corrections(layer, fine, lattice, cover, patches, near, math.pi * cut * step, allowed))
     points = layer.places((knot + np.concatenate([one for one, _ in found])) / times)
     corrections = step**2 * np.concatenate([one for _, one in found], axis=1)
@@ -113,6 +117,12 @@ def parts_of(layer: Layer, cut: float) -> int:
     whole = layer.degree == 0 and layer.outline is None
     longest = max(LONGEST_SQUARE, 0.5 / cut) if whole else LONGEST_PATCH / (math.pi * cut)
     return int(THREE ** max(0, math.ceil(math.log(layer.step / longest, THREE) - 1e-9)))
+
+
+def _clipped(whole: range, low: float, high: float) -> range:
+    """Return the samples of a range within a part of the picture, with a margin for splines and their refinement."""
+    first = min(max(whole.start, math.floor(low) - CLIPPED), whole.stop - 1)
+    return range(first, max(min(whole.stop, math.ceil(high) + CLIPPED), first + 1))
 
 
 def _within(part: range, whole: range) -> slice:

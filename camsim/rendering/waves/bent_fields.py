@@ -17,7 +17,7 @@ from camsim.core.arrays import C128, F64
 from camsim.core.cached import cached_property
 from camsim.optics.protocols import Varies
 from camsim.rendering.fields.points import PointLayer
-from camsim.rendering.fields.samples import Splines, splines_of
+from camsim.rendering.fields.samples import Splines, Support, splines_of
 from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.levels import Lattice
 
@@ -49,6 +49,10 @@ class BentSource(FieldSource):
         sides = [a + share * (b - a) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
         fallen = self._fallen(np.concatenate(sides))
         return fallen.min(axis=0), fallen.max(axis=0)
+
+    def thinning(self, far: tuple[float, ...], support: Support) -> BentSource:
+        """Return the source itself: all of its samples are needed at all frequencies."""
+        return self
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
         """Return the transform of each mixture of planes; None: no light in the lattice's box."""

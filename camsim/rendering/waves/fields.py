@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from camsim.numerics.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import LONGEST_SQUARE, Splines, Support, parts_of, splines_of
+from camsim.rendering.fields.thinned import spacing, thinned
 from camsim.rendering.waves.edges import NODES_AT_ONCE, half_plane, phases
 from camsim.rendering.waves.kernels import repeat
 from camsim.rendering.waves.levels import Lattice
@@ -31,6 +33,8 @@ WHOLE = 1e-12  # relative difference up to which a number of samples is an integ
 ROWS_AT_ONCE = 16
 MOST_FINER = 4e7  # largest number of samples after subdivision
 FAR_IN = 8  # samples: distance from a border beyond which no spline is affected
+THINNED = 2.5  # periods of the highest frequency: over half of the kernel by which a picture is thinned
+POINTS = -1  # degree of splines that are points
 BORDER_NODES = 24  # quadrature nodes between two knots of a border spline, plus one per radian of phase
 
 
@@ -43,6 +47,7 @@ class FieldSource:
     cut       : highest frequency of any lattice, cycles/pitch
     precision : relative error of the transforms
     support   : region outside of which only low frequencies are needed; None: all frequencies everywhere
+    far       : falling ends of the far levels' frequencies, cycles/pitch, for which the picture is thinned
     """
 
     layer: Layer | PointLayer
@@ -50,6 +55,7 @@ class FieldSource:
     cut: float
     precision: float
     support: Support | None = None
+    far: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         layer = self.layer
@@ -98,23 +104,53 @@ class FieldSource:
         out = np.zeros((len(self.mixture), 2 * rows - 1, columns), complex)
         if isinstance(layer, PointLayer):
             return out if self._add_points(out, layer.at, self._mixed(layer.light), lattice, origin) else None
+        assert isinstance(layer, Layer)
+        if self.far and lattice.cut <= self.far[0] * (1.0 + WHOLE):
+            return out if self._thinned(out, layer, lattice, origin) else None
         if self._as_they_are:
             corner = layer.corner + 0.5 * layer.step * layer.axes.sum(axis=0)
-            there = self._upright(out, self._planes, corner, layer.step, lattice, origin)
+            there = self._upright(out, self._planes, corner, layer.step, lattice, origin, layer.degree)
             return out if there else None
         splines = self._splines
         if layer.upright:
-            there = self._upright(out, splines.light, splines.first, splines.step, lattice, origin, whole=True)
+            there = self._upright(
+                out, splines.light, splines.first, splines.step, lattice, origin, layer.degree, whole=True
+            )
             there |= self._add_points(out, splines.points, splines.corrections, lattice, origin)
             return out if there else None
         there = self._add_points(out, splines.places, splines.light, lattice, origin)
         if there:
-            fx = np.arange(columns) / lattice.periods[0]
-            fy = np.arange(1 - rows, rows)[:, None] / lattice.periods[1]
-            for axis in layer.axes:
-                out *= splines.passes(fx * axis[0] + fy * axis[1])
+            for along in _along(layer, lattice):
+                out *= splines.passes(along)
         there |= self._add_points(out, splines.points, splines.corrections, lattice, origin)
         return out if there else None
+
+    def thinning(self, far: tuple[float, ...], support: Support) -> FieldSource:
+        """Return the source with the support; for frequencies up to ``far`` it is thinned where that takes less."""
+        layer = self.layer
+        if not isinstance(layer, Layer) or layer.outline is not None or spacing(layer, far[0]) < 1.0:
+            return dataclasses.replace(self, support=support)
+        return dataclasses.replace(self, support=support._replace(cut=0.0), far=far)
+
+    def _thinned(self, out: C128, layer: Layer, lattice: Lattice, origin: tuple[float, float]) -> bool:
+        """Add the transform of a picture that nothing hides from fewer samples; return whether there are any."""
+        thin = thinned(layer, tuple(cut for cut in self.far if cut >= lattice.cut * (1.0 - WHOLE)), self.precision)
+        light, step = self._mixed(thin.light), thin.steps[-1]
+        # Coarse samples of light within the lattice's box may lie beside it.
+        beside = THINNED / lattice.cut
+        low, high = ((x + side, y + side) for (x, y), side in ((lattice.low, -beside), (lattice.high, beside)))
+        wider = dataclasses.replace(lattice, low=low, high=high)
+        rows, cols = (thin.first + step * np.arange(count) for count in thin.whole.shape)
+        if layer.upright:
+            light, first = light / step**2, layer.places(np.array([[cols[0], rows[0]]]))[0]
+            light = light.transpose(0, 2, 1) if self._is_turned else light
+            there = self._upright(out, light, first, step * layer.step, wider, origin, POINTS)
+        else:
+            places = layer.places(np.stack(np.meshgrid(cols, rows), axis=-1).reshape(-1, 2))
+            there = self._add_points(out, places, layer.step**2 * light, wider, origin)
+        for along in _along(layer, lattice):
+            out *= thin.passes(layer.step * along)
+        return there
 
     def _mixed(self, planes: F64) -> F64:
         """Return mixtures (kinds, …) of planes, without BLAS, whose last bits differ between processors."""
@@ -169,12 +205,14 @@ class FieldSource:
         step: float,
         lattice: Lattice,
         origin: tuple[float, float],
+        degree: int,
         *,
         whole: bool = False,
     ) -> bool:
         """Add samples on a grid parallel to the photosites', transformed along rows, then along columns.
 
         planes : (kinds, rows, cols), rows along x;  corner: (2,) position of the first sample
+        degree : of the splines, or POINTS
         whole  : whether splines at the border are left uncut
         """
         layer = self.layer
@@ -192,7 +230,7 @@ class FieldSource:
             period = lattice.periods[axis]
             total = 0 if whole else count
             one = place[which.start : which.stop]
-            each.append(_Along(one, which, total, sign * step, layer.degree, period, numbers[axis]))
+            each.append(_Along(one, which, total, sign * step, degree, period, numbers[axis]))
         along_x, along_y = each
         part = planes[:, along_y.which.start : along_y.which.stop, along_x.which.start : along_x.which.stop]
         for one, samples in zip(out, part, strict=True):
@@ -203,6 +241,13 @@ class FieldSource:
             one[:] = along_y.transformed(np.ascontiguousarray(lines.T), self.precision).T
         out *= step**2
         return True
+
+
+def _along(layer: Layer, lattice: Lattice) -> list[F64]:
+    """Return a lattice's frequencies (n, m) along each of a picture's axes, cycles/pitch."""
+    columns, rows = lattice.counts
+    fx, fy = np.arange(columns) / lattice.periods[0], np.arange(1 - rows, rows)[:, None] / lattice.periods[1]
+    return [fx * axis[0] + fy * axis[1] for axis in layer.axes]
 
 
 class _Along(NamedTuple):

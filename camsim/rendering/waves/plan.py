@@ -117,26 +117,26 @@ class WavesPlan:
         width = max(float(np.hypot(*np.subtract(*source.box))) for source, *_ in found)
         levels = self._levels(cut, farthest, width, finest)
         if len(levels) > 1:
-            low, reach = levels[1].cut, levels[0].reach + BESIDE_SUPPORT
-            first = np.array(job.grid.first_centre)
-            last = first + np.array([job.grid.cols - 1, job.grid.rows - 1])
-            support = Support(first - reach, last + reach, WIDER * low)
-            found = [
-                (dataclasses.replace(one, support=support) if isinstance(one, FieldSource) else one, weights, lens)
-                for one, weights, lens in found
-            ]
-            # The far levels need still fewer samples.
-            for low in [level.cut for level in levels[1:3]]:
-                found = [
-                    (LowFrequencies(source=one, cut=low, precision=precision), weights, lens)
-                    for one, weights, lens in found
-                ]
+            found = [(self._with_far(one, levels, precision), weights, lens) for one, weights, lens in found]
         return self.summed(
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
             levels=levels,
             leak=OF_LEAK * finest,
         )
+
+    def _with_far(self, source: Source, levels: Sequence[Level], precision: float) -> Source:
+        """Return a source whose far levels take fewer samples."""
+        far, grid = tuple(level.cut for level in levels[1:]), self.job.grid
+        if isinstance(source, FieldSource):
+            reach, first = levels[0].reach + BESIDE_SUPPORT, np.array(grid.first_centre)
+            last = first + np.array([grid.cols - 1, grid.rows - 1])
+            source = source.thinning(far, Support(first - reach, last + reach, WIDER * far[0]))
+            if source.far:
+                return source
+        for low in far[:2]:
+            source = LowFrequencies(source=source, cut=low, precision=precision)
+        return source
 
     def fused(self, signals: Signals, tolerance: float) -> tuple[F64, F64]:
         """Return the wavelength nodes (j,), and the weights (spectra, channels, j) of the signals at them."""
