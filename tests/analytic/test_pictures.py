@@ -11,7 +11,10 @@ from truth import samples as truth
 
 import camsim
 from camsim.optics import OpticalSystem
+from camsim.rendering.fields.layer import Layer
 from camsim.rendering.render import plan_render, render_channels
+from camsim.rendering.waves.fields import FieldSource
+from camsim.rendering.waves.levels import Lattice
 from camsim.spectra.curve import Curve
 from camsim.spectra.rgb import reflectance_of_rgb
 
@@ -303,3 +306,29 @@ def test_samples_wider_than_the_frame():
     picture = camsim.Picture(planes=np.ones((40, 60)), width_um=1e4, rotate_deg=10.0)
     white = rendered(picture, tolerance=1e-4, background=0.1)
     assert worst(white, 1.0) <= 1e-4 + 4 * 2.0 * 4.0 / (np.pi**3 * 3300.0)
+
+
+@pytest.mark.parametrize("precision", [1e-4, 1e-8])
+@pytest.mark.parametrize(
+    ("interpolation", "angle"), [("squares", 31.0), ("linear", 90.0), ("cubic", 0.0), ("cubic", 3.0)]
+)
+def test_low_frequencies_of_a_thinned_picture(interpolation, angle, precision):
+    """Thinned once and twice, against sums over the picture's own nodes."""
+    planes, step, centre, far = np.random.default_rng(3).random((60, 47)), 0.6, np.array([2.3, -1.4]), (0.3, 0.07)
+    how = {"interpolation": interpolation, "rotate_deg": angle}
+    picture = camsim.Picture(planes=planes, width_um=47 * step * PITCH_UM, centre_um=centre * PITCH_UM, **how)
+    layer = Layer.of(picture, 0.0, PITCH_UM, None)
+    x, y, light = truth.light_of_picture(planes, nodes=4, step=step, centre=centre, **how)
+    source = FieldSource(layer=layer, mixture=np.eye(1), cut=1.0, precision=precision, far=far)
+    for cut in far:
+        lattice = Lattice((128, 120), cut, (-200.0, -200.0), (200.0, 200.0))
+        columns, rows = lattice.counts
+        fx, fy = np.arange(columns) / 128, np.arange(1 - rows, rows) / 120
+        right = np.einsum(
+            "ni,nj->ji",
+            light[:, None] * np.exp(-2j * np.pi * np.outer(x, fx)),
+            np.exp(-2j * np.pi * np.outer(y, fy)),
+            optimize=True,
+        )
+        wrong = np.abs(source.transform(lattice, (0.0, 0.0))[0] - right)[np.hypot(fx, fy[:, None]) <= cut]
+        assert wrong.max() <= 2.0 * precision * np.abs(light).sum()

@@ -13,6 +13,7 @@ from camsim.scene.raster import DEGREES, Raster
 from camsim.spectra.curve import Spectrum
 
 Rings = tuple[F64, F64]
+SETTLED = 32  # samples beyond which a cubic spline does not depend on another sample, to the last digit
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -129,9 +130,11 @@ class Layer:
         planes: F64 = self.picture.planes
         if self.degree < 2:
             return planes
+        beside = SETTLED if min(self.shape) < SETTLED else 0  # SciPy's filter is only right of long lines
+        planes = np.pad(planes, ((0, 0), (beside, beside), (beside, beside)), mode="symmetric") if beside else planes
         down = scipy.ndimage.spline_filter1d(planes, 3, axis=1, mode="reflect")
         across: F64 = scipy.ndimage.spline_filter1d(down, 3, axis=2, mode="reflect")
-        return across
+        return across[:, beside : beside + self.shape[0], beside : beside + self.shape[1]]
 
     def all_coefficients(self, turned: bool) -> F64:
         """Return all coefficients (planes, rows, cols); if ``turned``, with rows and columns exchanged."""

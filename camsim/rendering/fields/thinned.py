@@ -19,7 +19,7 @@ from camsim.numerics.quadrature import gauss_legendre, gauss_order
 from camsim.rendering.fields.layer import Layer, basis, mirrored
 from camsim.scene import Picture
 
-HIGHEST = 0.3  # cycles per coarse sample: the highest frequency
+HIGHEST = 0.25  # cycles per coarse sample: the highest frequency
 PER_SAMPLE = 8  # spacings are multiples of a sample's 1/8, so that frames with nearly the same lens share lattices
 FEWEST = 7  # coarse samples across the kernel
 EXACT = 1e-11  # relative error of the quadrature of splines
@@ -85,18 +85,21 @@ def thinned(layer: Layer, cuts: tuple[float, ...], precision: float) -> Thinned:
 def _thinned(samples: _Samples, steps: tuple[float, ...], width: int) -> Thinned:
     layer, step = samples.layer, steps[-1]
     assert layer is not None
-    light_at: list[tuple[F64, Any]]
     if len(steps) == 1:
         planes, light_at = [*layer.splines, np.ones(layer.shape)], [_sums(n, layer.degree) for n in layer.shape]
     else:
         finer = _thinned(samples, steps[:-1], width)
         planes, shape = [*finer.light, finer.whole], finer.whole.shape
-        light_at = [(finer.first + steps[-2] * np.arange(n), scipy.sparse.eye_array(n, format="csr")) for n in shape]
+        light_at = [(np.arange(n) * steps[-2] + finer.first, _same(n)) for n in shape]
     down, across = (_gather(place / step, width) @ light for place, light in light_at)
     light = np.stack([(across @ np.ascontiguousarray((down @ plane).T)).T for plane in planes])
     light.flags.writeable = False
     first = step * math.ceil(float(light_at[0][0][0]) / step - 0.5 * width)
     return Thinned(light[:-1], light[-1], first, steps, width)
+
+
+def _same(count: int) -> Any:
+    return scipy.sparse.eye_array(count, format="csr")
 
 
 def _beta(width: int) -> float:
@@ -115,7 +118,7 @@ def _gather(place: F64, width: int) -> Any:
     return scipy.sparse.csr_array((kernel.ravel(), (rows.ravel(), cols.ravel())), shape)
 
 
-def _sums(count: int, degree: int) -> tuple[F64, Any]:
+def _sums(count: int, degree: int) -> tuple[np.ndarray, Any]:
     """Return places (n,) along a line of samples, and the matrix that gives the light there of spline coefficients."""
     half = 0.0 if degree == 0 else 0.5
     ends = np.unique(np.concatenate([[0.0], np.arange(count) + half, [float(count)]]))
