@@ -13,6 +13,8 @@ U16: TypeAlias = npt.NDArray[np.uint16]
 U8: TypeAlias = npt.NDArray[np.uint8]
 I64: TypeAlias = npt.NDArray[np.int64]
 C128: TypeAlias = npt.NDArray[np.complex128]
+Floats: TypeAlias = npt.NDArray[np.float32 | np.float64]
+Complex: TypeAlias = npt.NDArray[np.complex64 | np.complex128]
 Scalar = TypeVar("Scalar", bound=np.generic)
 Columns = TypeVar("Columns", bound=NamedTuple)
 

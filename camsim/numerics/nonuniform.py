@@ -10,13 +10,14 @@ from typing import Literal
 
 import numpy as np
 
-from camsim.core.arrays import C128, F64
+from camsim.core.arrays import C128, F64, Complex
 from camsim.numerics.matrix_products import product
 
 # Upsampling factors by precision; finufft's default is 2. Along closed curves, 20² … 800² modes, errors are at most 3
 # and 5 times the precision (50 times with a factor of 1.6 at 1e-13).
 # In single precision a position is wrong by 3e-8 of the period: 3e-5 pitches for a thousand pitches.
 SINGLE = 1.5e-5
+SINGLE_SUMS = 1.5e-6  # for sums of finished transforms, which have no positions
 FEW = 64  # points up to which the sum is computed directly
 COARSE, FINER = 1e-9, ((1e-9, 1.25), (1e-12, 1.5), (0.0, 2.0))
 
@@ -26,6 +27,11 @@ def finer(precision: float) -> float:
     return next(larger for finest, larger in FINER if precision >= finest)
 
 
+def complex_type(precision: float) -> type[np.complexfloating]:
+    """Return the type of complex numbers in which sums of a relative precision are formed."""
+    return np.complex64 if precision >= SINGLE_SUMS else np.complex128
+
+
 def modes(
     phases: tuple[F64, F64],
     strengths: C128,
@@ -33,7 +39,7 @@ def modes(
     *,
     precision: float,
     sign: Literal[-1, 1],
-) -> C128:
+) -> Complex:
     """Return Σ_q strengths[n, q]·exp(±i(j·phases[0][q] + i·phases[1][q])), (j, i) integers about 0: (n, *shape).
 
     phases    : per row and per column, radians, (m,) each;  strengths: (n, m)
@@ -59,7 +65,7 @@ def modes(
         strengths = np.ascontiguousarray(strengths)
     # For many points, a larger grid is better, since each point spreads over fewer cells.
     larger = finer(precision) if precision >= COARSE or strengths.shape[1] < shape[0] * shape[1] else 2.0
-    total: C128 = finufft.nufft2d1(
+    total: Complex = finufft.nufft2d1(
         *phases, strengths, n_modes=shape, eps=precision, isign=sign, upsampfac=larger, nthreads=1
     )
     return total.reshape(len(strengths), *shape)

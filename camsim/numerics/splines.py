@@ -10,6 +10,8 @@ import scipy
 
 from camsim.core.arrays import F64
 
+MANY = 1000  # places from which a spline of its own is quicker than cardinal ones
+
 
 def spline(places: tuple[float, ...], values: F64) -> Callable[..., F64]:
     """Return a cubic spline through values (n, …) at increasing places; through three a parabola, at one a constant.
@@ -23,9 +25,12 @@ def spline(places: tuple[float, ...], values: F64) -> Callable[..., F64]:
     cardinal, flat = _cardinal(places), values.reshape(len(places), -1)
 
     def at(place: F64, derivative: int = 0) -> F64:
-        weights = np.reshape(cardinal(place, derivative), (-1, len(places)))
-        found: F64 = np.einsum("np,pv->nv", weights, flat).reshape((*np.shape(place), *values.shape[1:]))
-        return found
+        found: F64
+        if np.size(place) > MANY:
+            found = scipy.interpolate.CubicSpline(places, flat)(place, derivative)
+        else:
+            found = np.einsum("np,pv->nv", np.reshape(cardinal(place, derivative), (-1, len(places))), flat)
+        return found.reshape((*np.shape(place), *values.shape[1:]))
 
     return at
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.arrays import C128, F64, I64
+from camsim.core.arrays import C128, F64, I64, Complex
 from camsim.core.cached import cached_property
 from camsim.core.kernels import kernel, shared
-from camsim.numerics.nonuniform import modes
+from camsim.numerics.nonuniform import complex_type, modes
 from camsim.numerics.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges
 from camsim.rendering.waves.clamped import clamped, netted
@@ -58,7 +58,7 @@ class EdgeSource:
         kinds: int = self.shares.shape[1]
         return kinds
 
-    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
+    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> Complex | None:
         """Return the transform (kinds, 2n − 1, m) of each kind's regions about an origin; None: no edges."""
         edges = clamped(self.edges, lattice.low, lattice.high, origin)
         if not len(edges):
@@ -70,10 +70,10 @@ class EdgeSource:
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
         areas = np.array([0.5 * float(np.sum(twice * one)) for one in jump.T])
         if len(start) <= FEW_EDGES:
-            return _in_closed_form(start, end, jump, areas, lattice)
+            return _in_closed_form(start, end, jump, areas, lattice, complex_type(self.precision))
         places, which, along = _nodes(start, end, lattice, 0.5 * self.precision)
         rows = lattice.rows
-        out = np.empty((self.kinds, len(rows), lattice.counts[0]), complex)
+        out = np.empty((self.kinds, len(rows), lattice.counts[0]), complex_type(self.precision))
         along *= np.exp(-1j * (rows.start + len(rows) // 2) * places[0])
         step_x, step_y = (1.0 / period for period in lattice.periods)
         at_once, jump = max(1, NODES_AT_ONCE // along.size), np.ascontiguousarray(jump.T)
@@ -89,7 +89,9 @@ class EdgeSource:
         return out
 
 
-def _in_closed_form(start: F64, end: F64, jump: F64, areas: F64, lattice: Lattice) -> C128:
+def _in_closed_form(
+    start: F64, end: F64, jump: F64, areas: F64, lattice: Lattice, kind: type[np.complexfloating]
+) -> Complex:
     """Return the transforms (kinds, n, m) of regions, edge by edge at every frequency."""
     rows, (columns, _) = np.array(lattice.rows), lattice.counts
     step_x, step_y = (1.0 / period for period in lattice.periods)
@@ -98,7 +100,7 @@ def _in_closed_form(start: F64, end: F64, jump: F64, areas: F64, lattice: Lattic
     for axis, frequency in enumerate((step_x * np.arange(columns), step_y * rows)):
         phase, half = (np.pi * np.multiply.outer(one[:, axis], frequency) for one in (-2.0 * middle, sides))
         along.append(np.stack([np.cos(phase), np.sin(phase), np.cos(half), np.sin(half)]))
-    out = np.empty((jump.shape[1], rows.size, columns), complex)
+    out = np.empty((jump.shape[1], rows.size, columns), kind)
     scale, jump = (step_x, step_y, lattice.cut), np.ascontiguousarray(jump)
     work = functools.partial(transform_edges, out, jump, sides, along[0], along[1], scale, lattice.rows.start, areas)
     shared(rows.size, work, least=ROWS_AT_ONCE)

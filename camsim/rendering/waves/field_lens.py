@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, TypeAlias
@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import scipy
 
-from camsim.core.arrays import C128, F64, I64
+from camsim.core.arrays import C128, F64, I64, Floats
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.quadrature import chebyshev, interpolation
@@ -41,12 +41,14 @@ LOOKED_AT = 48  # radial frequencies at which transfers are compared
 BANDS = 4, 8, 14, 21, 28, 36, 48  # ends of frequency bands among these, each with its number of mixtures
 POINTS, OF_RADII, FAR_POINTS = 320, 5, 96  # along a table's radius: at least; per radius of the rule; of coarse levels
 TABLE_DIRECTIONS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
-OF_RULE, OF_PLACES, OF_MIXTURES, OF_DIRECTIONS = 1.0, 2.0, 1.0, 0.6  # shares of the allowed error
+OF_RULE, OF_PLACES, OF_MIXTURES, OF_BAND, OF_DIRECTIONS = 1.0, 2.0, 2.0, 0.4, 0.6  # shares of the allowed error
 CUBIC = 0.0234  # error of cubic interpolation, over the fourth power of a harmonic's phase step
 ALIKE_UM = 1e-6  # image heights closer than this are equal
 NEAR_EVERY = 2  # largest spacing, photosites, of levels that are summed tile by tile
 MOST_CACHED, MOST_SHARED = 200, 8  # image heights whose transfers are cached, and parts of the frame
 SAME = 1e-9  # difference of waves, and of transfers, that is rounding
+GROWING = 2.5  # arcosh of the largest growth of a polynomial beyond its part of the frame
+AddsFar: TypeAlias = Callable[[F64, tuple[slice, slice]], None]
 Table: TypeAlias = tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]
 
 
@@ -232,6 +234,8 @@ class _Part:
         flat = displayed.reshape(displayed.shape[0] * displayed.shape[1], *displayed.shape[2:])
         vectors, numbers = np.empty((len(flat), 0)), np.empty(len(BANDS), np.int64)
         allowed = OF_MIXTURES * self.lens.allowed / math.sqrt(len(BANDS))
+        beyond = np.cumsum(np.einsum("pknd,nd->pknd", np.abs(flat), self._edge)[:, :, ::-1].max(axis=-1), axis=2)
+        passing = LOOKED_AT - int(np.count_nonzero(beyond.sum(axis=1).max(axis=0) <= OF_BAND * self.lens.allowed))
         # High frequencies need the fewest mixtures: photosites pass little of them.
         for k, (begin, end) in reversed([*enumerate(pairwise((0, *BANDS)))]):
             band, edge = flat[..., begin:end, :], self._edge[begin:end]
@@ -259,6 +263,7 @@ class _Part:
             table_directions=self._table_directions(displayed),
             numbers=np.maximum(numbers, 1),
             cut=self.cut,
+            passes=self.cut * max(passing, 1) / LOOKED_AT,
             count=count,
             taken=np.moveaxis(item, 0, 2),
         )
@@ -283,7 +288,8 @@ class Mixtures:
     """The lens of a part of the frame, with the interface of the lenses of frequency sums.
 
     harmonics : (j, radii, m, kinds, 2·directions);  table_directions: of a table
-    numbers   : how many of the first mixtures frequencies up to each of ``BANDS`` use;  cut: highest frequency
+    numbers   : how many of the first mixtures frequencies up to each of ``BANDS`` use;  cut: the end of these
+    passes    : highest frequency that is needed, cycles/pitch
     count     : Chebyshev points along a side;  taken: (channels, m, count²) weight of each mixture at these points
     like      : the mixtures of which these are a mirror image, and whether along x and along y
     """
@@ -294,6 +300,7 @@ class Mixtures:
     table_directions: int
     numbers: I64
     cut: float
+    passes: float
     count: int
     taken: F64
     like: tuple[Mixtures, bool, bool] | None = None
@@ -314,9 +321,9 @@ class Mixtures:
     def polar(self, level: Level, weights: F64) -> Table:
         """Return the table of ``Lens.polar`` with mixtures as channels; the weights are included already."""
         if self.like is None:
-            if id(level) not in self._tables:
-                self._tables[id(level)] = self._made(level)
-            return self._tables[id(level)]
+            if level not in self._tables:
+                self._tables[level] = self._made(level)
+            return self._tables[level]
         one, left, up = self.like
         (table, there), per, turn = one.polar(level, weights)
         # T(−f) is the conjugate of T(f); the first direction is −π/2, and the table has one more before it.
@@ -326,7 +333,7 @@ class Mixtures:
         return (_closed(half.conj() if left else half), there), per, turn
 
     @cached_property
-    def _tables(self) -> dict[int, Table]:
+    def _tables(self) -> dict[Level, Table]:
         return {}
 
     def _made(self, level: Level) -> Table:
@@ -350,16 +357,16 @@ class Mixtures:
         turn = -0.5 * math.pi, 1.0 / math.pi, self.table_directions, NO_BORDER
         return (_closed(half), self.numbers[band]), points / level.cut, turn
 
-    def add(self, image: F64, each: F64, part: tuple[slice, slice], shape: tuple[int, int]) -> None:
-        """Add mixtures (m, rows, cols), weighted at each photosite, to a part of an image (channels, rows, cols).
+    def add(self, image: F64, each: Iterable[Floats], places: tuple[F64, F64]) -> None:
+        """Add the images (rows, cols) of all mixtures, weighted at each point, to an image (channels, rows, cols).
 
-        shape : rows and columns over which ``taken`` is interpolated
+        places : of rows and of columns, −1 … 1 over the part of the frame
         """
-        down, across = (
-            _weights(self.count, _even(n)[item]) for n, item in zip(shape, part, strict=True)
-        )  # (rows, count), (cols, count)
-        amounts = np.einsum("ra,cmab->rcmb", down, self.taken.reshape(*self.taken.shape[:2], self.count, self.count))
-        shared(image.shape[1], functools.partial(mix, image, each, amounts, np.ascontiguousarray(across.T)))
+        down, across = (_weights(self.count, one) for one in places)  # (rows, count), (cols, count)
+        amounts = np.einsum("ra,cmab->mrcb", down, self.taken.reshape(*self.taken.shape[:2], self.count, self.count))
+        turned = np.ascontiguousarray(across.T)
+        for one, amount in zip(each, amounts, strict=False):  # none without light
+            shared(image.shape[1], functools.partial(mix, image, one, np.ascontiguousarray(amount), turned))
 
 
 def _closed(half: C128) -> C128:
@@ -404,6 +411,38 @@ def _even(count: int) -> F64:
     return np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)
 
 
+class MixedImage(FrequencyImage):
+    """One source behind the mixtures of a part of the frame."""
+
+    def far(self, origin: tuple[float, float], shape: tuple[int, int], mixtures: Mixtures) -> AddsFar:
+        """Return what adds all levels but the first to parts of an image (channels, rows, cols) of a frame.
+
+        Images are mixed on coarse points where the mixtures' polynomials grow little on those beyond the frame.
+        """
+        each, every = self._far(origin, shape, mixtures.number)
+        assert each is not None
+        half = [max(0.5 * (count - 1), 0.5) for count in shape]
+        outside = every * len(self.taps(1)[0])
+        if (mixtures.count - 1) * math.acosh(1.0 + outside / min(half)) > GROWING:
+
+            def add(image: F64, part: tuple[slice, slice]) -> None:
+                places = [_even(count)[one] for count, one in zip(shape, part, strict=True)]
+                mixtures.add(image, self._between(each, every, part), (places[0], places[1]))
+
+            return add
+        places = [
+            (every * np.arange(points) - outside - 0.5 * (count - 1)) / one
+            for points, count, one in zip(each.shape[1:], shape, half, strict=True)
+        ]
+        mixed = np.zeros((mixtures.taken.shape[0], *each.shape[1:]))
+        mixtures.add(mixed, each, (places[0], places[1]))
+
+        def between(image: F64, part: tuple[slice, slice]) -> None:
+            image += self._between(mixed, every, part)
+
+        return between
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class VaryingImage:
     """Sources behind a field-varying lens; attributes as of ``FrequencyImage``."""
@@ -419,14 +458,14 @@ class VaryingImage:
         near = [level for level in self.levels if level.every <= NEAR_EVERY]
         coarse = [near[-1], *self.levels[len(near) :]]
         far = [self._far(one, coarse, origin, shape) for one in self.sources] if len(coarse) > 1 else []
-        nearby = [near if one else self.levels for one in far] or [near] * len(self.sources)
+        nearby = [self.levels if one is None else near for one in far] or [near] * len(self.sources)
         for row, col, height, width in tiles(shape):
             image = np.zeros((channels, height, width))
             part = slice(row, row + height), slice(col, col + width)
             for one, levels in zip(self.sources, nearby, strict=True):
                 self._add_near(image, one, levels, (origin[0] + col, origin[1] + row))
-            for mixtures, among, values, every in filter(None, far):
-                mixtures.add(image, among._between(values, every, part), part, shape)
+            for add in filter(None, far):
+                add(image, part)
             yield *part, image
 
     def _add_near(
@@ -443,11 +482,11 @@ class VaryingImage:
             return
         among, whole = self._among(source, weights, mixtures, near), (slice(0, height), slice(0, width))
         x, y = np.array(at) - lens.moved
-        item = among._part(near[0], (x, y), (width, height), mixtures.number)
-        values, every = among._far((x, y), (height, width), mixtures.number)
-        if values is not None:
-            item += among._between(values, every, whole)
-        mixtures.add(image, item, whole, (height, width))
+        first = replace(near[0], cut=min(near[0].cut, mixtures.passes))
+        each = among.each(first, (x, y), (width, height), mixtures.number)
+        mixtures.add(image, each, (_even(height), _even(width)))
+        if len(near) > 1:
+            among.far((x, y), (height, width), mixtures)(image, whole)
 
     def _far(
         self,
@@ -455,8 +494,8 @@ class VaryingImage:
         levels: Sequence[Level],
         origin: tuple[float, float],
         shape: tuple[int, int],
-    ) -> tuple[Mixtures, FrequencyImage, F64, int] | None:
-        """Return the mixtures' images of all levels but the first for the whole frame, and the spacing of their points.
+    ) -> AddsFar | None:
+        """Return what adds the light of all levels but the first to parts of the frame.
 
         None: the lens changes too fast for one set of mixtures.
         """
@@ -466,12 +505,10 @@ class VaryingImage:
             return None
         among = self._among(source, weights, mixtures, levels)
         x, y = np.array(origin) - lens.moved
-        values, every = among._far((x, y), shape, mixtures.number)
-        assert values is not None
-        return mixtures, among, values, every
+        return among.far((x, y), shape, mixtures)
 
-    def _among(self, source: Source, weights: F64, mixtures: Mixtures, levels: Sequence[Level]) -> FrequencyImage:
-        return FrequencyImage(
+    def _among(self, source: Source, weights: F64, mixtures: Mixtures, levels: Sequence[Level]) -> MixedImage:
+        return MixedImage(
             sources=[(source, weights, mixtures)],  # type: ignore[list-item]  # has the interface of a lens
             footprint=self.footprint,
             levels=levels,

@@ -12,9 +12,10 @@ from typing import Any, Protocol
 import numpy as np
 import scipy
 
-from camsim.core.arrays import C128, F64, I64
+from camsim.core.arrays import C128, F64, I64, Complex, Floats
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
+from camsim.numerics.nonuniform import complex_type
 from camsim.rendering.waves.kernels import add_curves, add_polar, between
 from camsim.rendering.waves.levels import Lattice, Level, lattice_of
 from camsim.rendering.waves.transfers import Footprint, Lens
@@ -43,7 +44,12 @@ class Source(Protocol):
         """Whether it can transform parts of a lattice."""
         ...
 
-    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
+    @property
+    def precision(self) -> float:
+        """Relative error of its transforms."""
+        ...
+
+    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> Complex | None:
         """Return the source's transform (kinds, n, m) about an origin, at a lattice's j and i = 0 …; None: no light."""
         ...
 
@@ -131,12 +137,18 @@ class FrequencyImage:
 
     def _part(self, level: Level, at: tuple[float, float], size: tuple[int, int], channels: int) -> F64:
         """Return a level (channels, rows, cols) at the points of a part of the frame; size: along x and y."""
-        every = level.every
-        out = np.zeros((channels, -(-size[1] // every), -(-size[0] // every)))
+        out = np.zeros((channels, *(-(-count // level.every) for count in size[::-1])))
+        for one, plane in zip(out, self.each(level, at, size, channels), strict=False):  # none without light
+            one[:] = plane
+        return out
+
+    def each(self, level: Level, at: tuple[float, float], size: tuple[int, int], channels: int) -> Iterator[Floats]:
+        """Yield a level's image of each channel (rows, cols), as of ``_part``; nothing if there is no light."""
+        every, rows = level.every, -(-size[1] // level.every)
         low, high = (np.array(one) for one in self.box)
         whole = max(source.whole for source, *_ in self.sources)
         lattice = lattice_of(level, size, low - at, high - at, whole)
-        total = np.zeros((channels, *summed_shape(lattice, every, out.shape[1])), complex)
+        total = np.zeros((channels, *summed_shape(lattice, every, rows)), complex_type(self.precision))
         found = False
         most = MOST_AT_ONCE / max(len(weights) for _, weights, _ in self.sources)
         for some in lattice.parts(most) if self.in_parts else (lattice,):
@@ -148,13 +160,12 @@ class FrequencyImage:
                 found = True
                 self._add(total, transform, level, some, (weights, lens), footprint)
         if found:
-            _photosites(total, every, lattice.periods, out)
-        return out
+            yield from _photosites(total, every, lattice.periods, (rows, -(-size[0] // every)))
 
     def _add(
         self,
-        total: C128,
-        transform: C128,
+        total: Complex,
+        transform: Complex,
         level: Level,
         lattice: Lattice,
         behind: tuple[F64, Lens],
@@ -169,7 +180,7 @@ class FrequencyImage:
             work = functools.partial(add_curves, total, transform, curves, footprint, share, scale, lattice.rows.start)
         elif lens.is_pupil:
             (polar, there), per, turn = self._table("polar", level, weights, lens)
-            parts, steps = polar.view(np.float64), (step_x, step_y, per, lattice.cut)
+            parts, steps = polar.view(polar.real.dtype), (step_x, step_y, per, lattice.cut)
             work = functools.partial(
                 add_polar, total, transform, parts, there, footprint, share, steps, turn, lattice.rows.start
             )
@@ -180,8 +191,8 @@ class FrequencyImage:
 
     def _add_planes(
         self,
-        total: C128,
-        transform: C128,
+        total: Complex,
+        transform: Complex,
         level: Level,
         lattice: Lattice,
         behind: tuple[F64, Lens],
@@ -212,19 +223,28 @@ class FrequencyImage:
                     total[:, row % shape, : part.shape[1]] += part
 
     def _table(self, kind: str, level: Level, weights: F64, lens: Lens) -> Any:
-        key = kind, id(level), id(weights)
+        key = kind, level, id(weights)
         if key not in self._tables:
-            self._tables[key] = getattr(lens, kind)(level, weights)
+            table = getattr(lens, kind)(level, weights)
+            if kind == "polar":
+                (polar, there), *scale = table
+                table = (polar.astype(complex_type(self.precision), copy=False), there), *scale
+            self._tables[key] = table
         return self._tables[key]
 
     @cached_property
-    def _tables(self) -> dict[tuple[str, int, int], Any]:
+    def _tables(self) -> dict[tuple[str, Level, int], Any]:
         return {}
 
     @property
     def in_parts(self) -> bool:
         """Whether all sources can transform parts of a lattice."""
         return all(source.in_parts for source, *_ in self.sources)
+
+    @property
+    def precision(self) -> float:
+        """The finest precision of a source."""
+        return min(source.precision for source, *_ in self.sources)
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
@@ -239,25 +259,27 @@ def summed_shape(lattice: Lattice, every: int, height: int) -> tuple[int, int]:
     return min(2 * rows - 1 if height <= FEW_ROWS else py, py), min(columns, px)
 
 
-def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> None:
-    """Add to ``out`` (n, rows, cols) the real image of a transform (n, …) that is given on a half plane.
+def _photosites(total: Complex, every: int, periods: tuple[int, int], shape: tuple[int, int]) -> Iterator[Floats]:
+    """Yield the real images (rows, cols) of transforms (n, …) that are given on a half plane.
 
     Columns are transformed by an FFT, or by direct sums where there are few rows and frequencies do not alias.
     """
-    (px, py), lines = (period // every for period in periods), total.shape[1]
-    cycles = np.outer(np.arange(out.shape[1]), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
-    waves = np.exp(2j * np.pi / py * cycles) / py if lines < py else None
-    for one, whole in zip(out, total, strict=True):
-        columns = scipy.fft.ifft(whole, axis=0)[: one.shape[0]] if waves is None else waves @ whole
+    (px, py), lines, (rows, cols) = (period // every for period in periods), total.shape[1], shape
+    cycles = np.outer(np.arange(rows), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
+    waves = (np.exp(2j * np.pi / py * cycles) / py).astype(total.dtype) if lines < py else None
+    for whole in total:
+        columns = scipy.fft.ifft(whole, axis=0, overwrite_x=True)[:rows] if waves is None else waves @ whole
         # The real part of a sum over all frequencies, as one over those up to Nyquist, of which only the first and
         # Nyquist's itself have no counterpart.
-        half = columns[:, : px // 2 + 1].copy()
+        half = columns[:, : px // 2 + 1]
         beyond = columns[:, px // 2 + 1 :]
         half[:, px - px // 2 - beyond.shape[1] : px - px // 2] += beyond[:, ::-1].conj()
         half[:, 0] *= 2.0
         if px % 2 == 0 and half.shape[1] == px // 2 + 1:
             half[:, -1] *= 2.0
-        one += scipy.fft.irfft(half, px, axis=1)[:, : one.shape[1]] * (1.0 / every**2)
+        image = scipy.fft.irfft(half, px, axis=1)[:, :cols]
+        image *= 1.0 / every**2
+        yield image
 
 
 def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from camsim.core.arrays import C128, F64, I64
+from camsim.core.arrays import C128, F64, I64, Complex, Floats
 from camsim.core.kernels import kernel
 
 SMALL_PHASE = 1e-4  # radians below which a sinc is taken from its series
@@ -14,8 +14,8 @@ SMALL_PHASE = 1e-4  # radians below which a sinc is taken from its series
 
 @kernel()
 def add_curves(
-    total: C128,
-    source: C128,
+    total: Complex,
+    source: Complex,
     curves: F64,
     footprint: tuple[C128, C128, C128],
     share: tuple[F64, float],
@@ -26,7 +26,8 @@ def add_curves(
 ) -> None:
     """Add source × transfer to rows begin … stop of the photosites' lattice, for a rotationally symmetric lens.
 
-    total  : (channels, rows, cols) the image's transform, with aliases summed
+    total  : (channels, rows, cols) the image's transform, with aliases summed; like ``source`` in single or double
+             precision
     source : (kinds, n, m) transforms at j = lowest, lowest + 1 …, i = 0 … m
     curves : (points, kinds, channels) the lens at radial frequencies in even steps
     footprint : its transfer along x (m,), along y (n,), and the factor that is not separable (n, m) or (0, 0)
@@ -83,8 +84,8 @@ def _line(share: tuple[F64, float], frequency: float) -> float:
 
 @kernel(allocates=True)
 def add_polar(
-    total: C128,
-    source: C128,
+    total: Complex,
+    source: Complex,
     polar: F64,
     there: I64,
     footprint: tuple[C128, C128, C128],
@@ -99,7 +100,7 @@ def add_polar(
 
     total : (channels, rows, cols) as of ``add_curves``
     polar : (points, directions, kinds, 2·channels): real and imaginary parts interleaved, so that loops over channels
-            vectorise
+            vectorise; in the precision of ``total``
     there : (points,) how many of the first channels are summed at a radius
     scale : as of ``add_curves``, and the highest frequency
     turn  : direction where the first panel begins, panels per radian, steps n in each; a panel has n + 3 directions,
@@ -112,9 +113,9 @@ def add_polar(
     points, directions, parts = len(polar), polar.shape[1], polar.shape[3]
     begins, per_radian, steps, border = turn
     panels = directions // (steps + 3)
-    lens, sums = np.empty(parts), np.empty((cols, parts))
+    lens, sums = np.empty(parts, polar.dtype), np.empty((cols, parts), polar.dtype)
     radial, turned = np.empty(4), np.ones(4)
-    ways = 1 if directions == 1 else 4
+    near, value = np.empty((4, 4), polar.dtype), np.empty(2, polar.dtype)  # weights, and light
     for row in range(begin, stop):
         sums[:] = 0.0
         first = row - ((row - lowest) // rows) * rows
@@ -131,17 +132,16 @@ def add_polar(
                 panel = 0
                 place = 0.0
                 along = radius
+                way = 0
                 if directions > 1:
                     place = max((math.atan2(fy, fx) - begins) * per_radian, 0.0)
                     panel = min(int(place), panels - 1)
                     place = (place - panel) * steps + 1.0
                     if len(border):
                         along = fx * border[panel, 0] + fy * border[panel, 1]
-                way = 1
-                if directions > 1:
                     way = min(max(int(place), 1), steps)
                     _cubic(place - way, turned)
-                    way += panel * (steps + 3)
+                    way += panel * (steps + 3) - 1
                 place = along * per
                 at = min(max(int(place), 1), points - 3)
                 if place <= points - 1:
@@ -151,27 +151,40 @@ def add_polar(
                     if i == 0:
                         times *= 0.5
                     _cubic(place - at, radial)
+                    for q in range(4):
+                        for t in range(4):
+                            near[q, t] = radial[q] * turned[t]
                     parts = 2 * there[at]
+                    here = sums[col]
                     for k in range(kinds):
-                        value = source[k, j - lowest, i] * times
-                        for c in range(parts):
-                            lens[c] = 0.0
+                        light = source[k, j - lowest, i] * times
+                        value[0], value[1] = light.real, light.imag
+                        lens[:parts] = 0.0
                         for q in range(4):
-                            for t in range(ways):
-                                weight = radial[q] * turned[t]
-                                near = polar[at + q - 1, way + t - 1, k]
-                                for c in range(parts):
-                                    lens[c] += weight * near[c]
-                        here = sums[col]
+                            _add_row(polar[at + q - 1], way, k, near[q], lens, parts)
                         for c in range(0, parts, 2):
-                            here[c] += value.real * lens[c] - value.imag * lens[c + 1]
-                            here[c + 1] += value.real * lens[c + 1] + value.imag * lens[c]
+                            here[c] += value[0] * lens[c] - value[1] * lens[c + 1]
+                            here[c + 1] += value[0] * lens[c + 1] + value[1] * lens[c]
                 col += 1
                 if col == cols:
                     col = 0
         for c in range(channels):
             for i in range(cols):
                 total[c, row, i] += complex(sums[i, 2 * c], sums[i, 2 * c + 1])
+
+
+@kernel()
+def _add_row(polar: F64, way: int, k: int, weights: F64, lens: F64, parts: int) -> None:
+    """Add the weighted values at four directions of one radius; a single direction stands for all."""
+    if len(polar) == 1:
+        a = polar[0, k]
+        for c in range(parts):
+            lens[c] += weights[0] * a[c]
+        return
+    a, b, d, e = polar[way, k], polar[way + 1, k], polar[way + 2, k], polar[way + 3, k]
+    w0, w1, w2, w3 = weights[0], weights[1], weights[2], weights[3]
+    for c in range(parts):
+        lens[c] += w0 * a[c] + w1 * b[c] + w2 * d[c] + w3 * e[c]
 
 
 @kernel()
@@ -199,19 +212,19 @@ def between(coarse: F64, down: bool, first: I64, taps: F64, out: F64, begin: int
 
 
 @kernel()
-def mix(image: F64, each: F64, down: F64, across: F64, begin: int, stop: int) -> None:
-    """Add Σ_m (Σ_a down[a]·across[a])·each[m] to rows begin … stop of an image (channels, rows, cols).
+def mix(image: F64, one: Floats, down: F64, across: F64, begin: int, stop: int) -> None:
+    """Add (Σ_a down[a]·across[a])·one to rows begin … stop of an image (channels, rows, cols).
 
-    each : (m, rows, cols);  down: (rows, channels, m, a) and across: (a, cols) factors of a mixture's weight
+    one : (rows, cols);  down: (rows, channels, a) and across: (a, cols) factors of a mixture's weight
     """
     count, cols = across.shape
     for row in range(begin, stop):
         for c in range(len(image)):
-            for m in range(len(each)):
+            for i in range(cols):
+                weight = 0.0
                 for a in range(count):
-                    weight = down[row, c, m, a]
-                    for i in range(cols):
-                        image[c, row, i] += weight * across[a, i] * each[m, row, i]
+                    weight += down[row, c, a] * across[a, i]
+                image[c, row, i] += weight * one[row, i]
 
 
 @kernel()
@@ -224,7 +237,7 @@ def _cubic(t: float, weights: F64) -> None:
 
 @kernel(allocates=True, error_model="numpy")
 def transform_edges(
-    out: C128,
+    out: Complex,
     jump: F64,
     sides: F64,
     across: F64,
@@ -275,7 +288,7 @@ def transform_edges(
 
 
 @kernel()
-def slope(whole: C128, middle: int, step_x: float, step_y: float, area: float, begin: int, stop: int) -> None:
+def slope(whole: Complex, middle: int, step_x: float, step_y: float, area: float, begin: int, stop: int) -> None:
     """Convert Σ (ey + i·ex)·exp(−2πi f·y) over closed outlines to the transform of their interior, in place.
 
     Σ (f·e)·exp(−2πi f·y) = 0 and (fx + i·fy)(ey + i·ex) = fx·ey − fy·ex + i·(f·e), over −2πi|f|² by Stokes.

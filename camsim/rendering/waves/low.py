@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.core.arrays import C128, F64
+from camsim.core.arrays import C128, F64, Complex
 from camsim.core.cached import cached_property
 from camsim.numerics.nonuniform import modes_of_lines
 from camsim.rendering.fast_length import fast_length
@@ -60,7 +60,7 @@ class LowFrequencies:
         """``in_parts`` of the source."""
         return self.source.in_parts
 
-    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
+    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> Complex | None:
         """Return the transform of the source; None: no light."""
         low, high = self.box
         seen = (low - origin >= lattice.low).all() and (high - origin <= lattice.high).all()
