@@ -99,6 +99,11 @@ class Footprint:
         return otf
 
     @property
+    def plain(self) -> bool:
+        """Whether the moments vanish that do so if it has the symmetry of a quarter turn."""
+        return self.m2 == self.m31 == self.m6 == 0.0
+
+    @property
     def side(self) -> float:
         """The longer side, pitches."""
         return max(self.width, self.height)

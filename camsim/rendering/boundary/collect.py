@@ -10,7 +10,7 @@ import numpy as np
 from camsim.core.arrays import F64, I64, U8
 from camsim.core.kernels import kernel
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
-from camsim.rendering.boundary.smooth import ENDS, LINE, WHOLE, add_weighed, far_at_points
+from camsim.rendering.boundary.smooth import BRIEF, ENDS, LINE, WHOLE, add_weighed, far_at_points
 
 
 class World(NamedTuple):
@@ -104,7 +104,7 @@ def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: Tab
     if gap < n.near or gap < apart:
         return -1
     if line_gap >= apart and line_gap >= (n.reach if edges.response[e] >= 0 else n.near):
-        return WHOLE
+        return BRIEF if gap >= edges.brief[e] else WHOLE
     return ENDS if edges.response[e] >= 0 and s1 <= -spread and s2 >= spread else -1
 
 

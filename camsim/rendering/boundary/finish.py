@@ -10,7 +10,7 @@ from camsim.rendering.boundary.collect import Scratch, Stack, World, gap_from
 from camsim.rendering.boundary.edge import edge_at, line_at
 from camsim.rendering.boundary.far import across, far_line, weigh
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_of
-from camsim.rendering.boundary.smooth import LINE, add_weighed, far_and_negligible, far_at_points
+from camsim.rendering.boundary.smooth import BRIEF, LINE, add_weighed, far_and_negligible, far_at_points
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
@@ -37,12 +37,12 @@ def _add_line(
 
 
 @kernel(forceinline=True)
-def _negligible_all_over(e: int, x: float, y: float, half: float, edges: TabledEdges, n: Numbers) -> bool:
-    """Return whether an edge is far away, with negligible ringing, for a square about (x, y): a test by its middle."""
+def _distance(e: int, x: float, y: float, half: float, edges: TabledEdges) -> float:
+    """Return a lower bound of an edge's distance from a square about (x, y), by its middle."""
     reach = 0.5 * edges.length[e]
-    gap = gap_from(edges.x[e] + reach * edges.tx[e] - x, edges.y[e] + reach * edges.ty[e] - y, half, half) - reach
-    negligible: bool = gap >= (n.reach if edges.response[e] >= 0 else n.near)
-    return negligible
+    x, y = edges.x[e] + reach * edges.tx[e] - x, edges.y[e] + reach * edges.ty[e] - y
+    gap: float = gap_from(x, y, half, half) - reach
+    return gap
 
 
 @kernel()
@@ -89,8 +89,10 @@ def finish(
             _add_line(e, x0, y0, channel[part], image[part], edges, tables, n)
         else:
             # Not the constant WHOLE, for which Numba would compile the function again.
-            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, g)  # type: ignore[arg-type]
-            if _negligible_all_over(e, x0 + half, y0 + half, half, edges, n):
+            gap = _distance(e, x0 + half, y0 + half, half, edges)
+            all_of_it = np.int64(BRIEF) if gap >= edges.brief[e] else np.int64(state[m])
+            far_at_points(e, all_of_it, x0, y0, px, py, edges, n, g)  # type: ignore[arg-type]
+            if gap >= (n.reach if edges.response[e] >= 0 else n.near):  # the ringing is negligible
                 add_weighed(g, tables.far[edges.pair[e]], from_all)
                 continue
             far_and_negligible(e, x0, y0, px, py, edges, n, negligible)

@@ -111,7 +111,7 @@ def boundary_bands(
     tabled, alike = kinds_of(which)
     different = weights[tabled].reshape(-1, count)
     response, normals = lines
-    edges = _tabled(job.edges, job.pair, (alike, times), response, footprint)
+    edges = _tabled(job.edges, job.pair, (alike, times), response, footprint, settings.brief)
     field = field_tables(
         pattern,
         blur,
@@ -162,11 +162,13 @@ def _tabled(
     multiple: tuple[I64, F64],
     response: I64,
     footprint: Footprint,
+    brief: float,
 ) -> TabledEdges:
     """Return edges in the form that the kernels use.
 
     multiple : (pairs,) the tabulated pair to which each is proportional, and the factor
     response : (n,) index of each edge's response
+    brief    : distance from which an edge is short, over its length
     """
     tx, ty = np.ascontiguousarray(edges.along.T)
     turn = tx + 1j * ty
@@ -176,6 +178,7 @@ def _tabled(
         tx=tx,
         ty=ty,
         length=edges.length,
+        brief=edges.length * (brief if footprint.plain else math.inf),
         # In a frame whose second axis is −n (far.py: z = s + ih), ζ becomes conj(ζ)·e^{iφ}.
         m2=np.conj(footprint.m2) * turn**2,
         m31=np.conj(footprint.m31) * turn**2,

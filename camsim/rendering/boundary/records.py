@@ -17,6 +17,7 @@ class TabledEdges(NamedTuple):
     tx: F64  # unit direction
     ty: F64
     length: F64
+    brief: F64  # distance from which the edge is short
     m2: C128  # the footprint's moments in the edge's frame, see far.Moments
     m31: C128
     m4: C128

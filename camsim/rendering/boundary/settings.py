@@ -10,6 +10,8 @@ Every source of error has its share of the tolerance (budget.py); amplitudes are
 * The eight-point look-up in the field and the six-point one in a line's response: `_step`.
 * The Gauss rule on panels along an edge: `_panel_nodes`.
 * Chebyshev interpolation over a tile: ρ⁻ⁿ/(πn) with ρ = κ + √(1 + κ²) for the angle of an edge κ half-widths away.
+* Edges of length s at a distance R that are taken as short: their angles lack (s/R)⁵/5 each, and a ring of them has
+  2πR/s.
 """
 
 from __future__ import annotations
@@ -33,6 +35,7 @@ SEPARATION = 2.0  # half-widths of a tile: least distance of a source that is in
 PANEL_BLURS = 1.6  # λN: length of a panel that ``panel_nodes`` integrate along an edge
 LONGEST_PIECE, LENGTHS = 6.4, 64  # λN: longest piece of one Gauss rule near an end; number of rules up to it
 OF_PIECES = 16.0  # bound for pieces over the allowed error
+OF_BRIEF = 0.1  # of the tiles' share, for edges that are short for their distance
 COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # largest steps, λN, for which the error's leading terms hold to a tenth
 LARGEST_LEAF = 16  # side of the smallest tiles, photosites; a smaller frame is one tile
 
@@ -43,6 +46,7 @@ class Settings:
 
     near    : an end is integrated within this distance; beyond, its ringing is neglected
     reach   : a line's response is looked up within this distance; beyond, its ringing is neglected
+    brief   : distance from which an edge is short, over its length
     leaf    : side of the smallest tiles, photosites;  tile_nodes: Chebyshev nodes along any tile
     """
 
@@ -55,6 +59,7 @@ class Settings:
     panel_nodes: int
     piece_nodes: tuple[int, ...]
     tile_nodes: int
+    brief: float
     leaf: int
     separation: float = SEPARATION
 
@@ -93,7 +98,8 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
         panel=shortest * PANEL_BLURS,
         panel_nodes=panel_nodes,
         piece_nodes=_piece_nodes(pattern, budget.allowed("panels"), panel_nodes),
-        tile_nodes=_tile_nodes(budget.allowed("tiles")),
+        tile_nodes=_tile_nodes((1.0 - OF_BRIEF) * budget.allowed("tiles")),
+        brief=(5.0 * OF_BRIEF * budget.allowed("tiles")) ** -0.25,
         leaf=min(LARGEST_LEAF, max(job.grid.rows, job.grid.cols)),
     )
 
