@@ -24,7 +24,7 @@ from camsim.numerics.cut_cells import cell_states, cut_nodes
 from camsim.numerics.quadrature import GOLDEN, gauss_legendre, gauss_order
 from camsim.rendering.direct.painter import covered
 from camsim.rendering.direct.photosites import over_nodes, over_samples
-from camsim.rendering.direct.records import Table
+from camsim.rendering.direct.records import Nodes, Table
 from camsim.rendering.direct.scenery import pieces_of, shapes_of
 from camsim.rendering.direct.spread import Spline
 from camsim.rendering.grid import Grid
@@ -92,18 +92,14 @@ class Seen:
 
     def whole_samples(self) -> np.ndarray:
         """Return a mask (rows, cols) of the coefficients whose splines are fully visible."""
-        whole, n = self.states[0], self.degree + 1
-        padded = np.pad(whole, self.degree)
-        parts = np.lib.stride_tricks.sliding_window_view(padded, (n, n))
-        return np.array(parts.all(axis=(2, 3)), bool)
+        return ~_any(~np.pad(self.states[0], self.degree), self.degree + 1)
 
     def cells(self, others: np.ndarray | None) -> I64:
         """Return rows and columns (n, 2) of cells to integrate; others: mask of coefficients to integrate."""
         whole, is_cut = self.states
         wanted = np.array(whole | is_cut, bool)
         if others is not None:
-            n = self.degree + 1
-            wanted[~np.lib.stride_tricks.sliding_window_view(others, (n, n)).any(axis=(2, 3))] = False
+            wanted &= _any(others, self.degree + 1)
         return np.argwhere(wanted)
 
     def nodes(self, cells: I64, order: int) -> tuple[I64, F64, F64]:
@@ -259,9 +255,8 @@ class Fields:
             light = np.zeros((len(at), len(self._colours)))
             for each, point in zip(light, self.points, strict=True):
                 each[self._colours.index(point.reflectance)] = point.photosites or 0.0
-            single = np.arange(len(at) + 1), at, light
-            none = np.zeros((len(at), 2), np.int64), at, light
-            shared(len(points), functools.partial(over_nodes, points, at, 0.0, none, single, *behind, out))
+            begins = np.arange(len(at))[:, None, None] + np.array([[0, 1], [0, 1]])
+            shared(len(points), functools.partial(over_nodes, points, at, 0.0, Nodes(begins, at, light), *behind, out))
         return out
 
     def nodes(self, until: float) -> float:
@@ -310,17 +305,15 @@ class Fields:
             if 2.0 * math.pi * self.highest * spline.extent <= MOST_PHASE:
                 whole = seen.whole_samples()
                 behind = _light(tabled(spline), planes, seen.step**2)
-                # Centre of the first spline.
-                at = seen.corner + (0.5 - 0.5 * seen.degree) * seen.sides.sum(axis=0)
-                shared(
-                    len(points),
-                    functools.partial(over_samples, points, seen.coefficients, whole, at, seen.sides, *behind, out),
-                )
+                centre = seen.corner + (0.5 - 0.5 * seen.degree) * seen.sides.sum(axis=0)  # of the first spline
+                values = seen.coefficients.reshape(len(seen.coefficients), -1).T
+                of_whole = points, values, whole, np.stack([centre, *seen.sides])
+                shared(len(points), functools.partial(over_samples, *of_whole, *behind, out))
             others = ~whole
             if whole.all():
                 return
-            values = functools.partial(_splines, seen.coefficients * others, seen.degree)
-            seen = dataclasses.replace(seen, values=values)
+            of_others = functools.partial(_splines, seen.coefficients * others, seen.degree)
+            seen = dataclasses.replace(seen, values=of_others)
         cells = seen.cells(others)
         if not len(cells):
             return
@@ -337,19 +330,22 @@ class Fields:
         beyond = max(2.0 * math.pi * float(far.max()) / behind.table.until, self.allowed)
         smooth = gauss_order(math.pi * seen.cycles, max(self.allowed / beyond, 1e-12), least=FAR_NODES)
         coarse = seen.nodes(cells, smooth)
-        begins = np.full((len(cells), 2), 0)
-        begins[near, 0], begins[near, 1] = fine[0][:-1], fine[0][1:]
-        shared(
-            len(points),
-            functools.partial(
-                over_nodes, points, centres, reach, (begins, fine[1], fine[2]), coarse, *behind, out
-            ),
-        )  # fmt: skip
+        begins = np.zeros((len(cells), 2, 2), np.int64)
+        begins[near, 0] = np.stack([fine[0][:-1], fine[0][1:]], axis=1)
+        begins[:, 1] = len(fine[1]) + np.stack([coarse[0][:-1], coarse[0][1:]], axis=1)
+        nodes = Nodes(begins, np.concatenate([fine[1], coarse[1]]), np.concatenate([fine[2], coarse[2]]))
+        shared(len(points), functools.partial(over_nodes, points, centres, reach, nodes, *behind, out))
 
 
 def _light(tabled: tuple[Table, F64, F64], planes: slice, times: float = 1.0) -> Light:
     """Return a table and the weights of its kinds of light in some planes."""
     return Light(tabled[0], np.ascontiguousarray(times * tabled[2][planes]))
+
+
+def _any(mask: np.ndarray, n: int) -> np.ndarray:
+    """Return whether any of the n × n places from each one on is in a mask."""
+    rows = np.logical_or.reduce([mask[k : len(mask) - n + 1 + k] for k in range(n)])
+    return np.array(np.logical_or.reduce([rows[:, k : rows.shape[1] - n + 1 + k] for k in range(n)]))
 
 
 def _coefficients(planes: F64, degree: int) -> F64:

@@ -9,7 +9,7 @@ import numpy as np
 from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel
 from camsim.rendering.direct.cuts import place_at
-from camsim.rendering.direct.records import POWERS, Outlines, Table
+from camsim.rendering.direct.records import POWERS, Nodes, Outlines, Table
 
 FAR_LENGTH, FAR_NODES = 0.5, 4  # the longest far panel, over its distance, and its nodes
 MOST_TURN = 1.0  # largest angle of a panel of an arc, radians
@@ -67,8 +67,8 @@ def _near(values: F64, t: Table, r: float, x: float, y: float, out: F64) -> None
 
 
 @kernel()
-def _far(t: Table, inside: bool, r: float, x: float, y: float, out: F64) -> None:
-    """Set the PSF's tail (kinds,), or with ``inside`` the difference of G from its limit at infinite r."""
+def _far(t: Table, r: float, x: float, y: float, out: F64) -> None:
+    """Set the difference of G (kinds,) from its limit at infinite r."""
     one = 1.0 / r
     step_c, step_s = 1.0, 0.0
     if t.far > 1:
@@ -82,9 +82,9 @@ def _far(t: Table, inside: bool, r: float, x: float, y: float, out: F64) -> None
             for q in range(t.kinds):
                 total = 0.0
                 for p in range(POWERS - 1, -1, -1):
-                    # Term p is of r^{−p−3}; its integral is r^{−p−1} over −(p + 1).
-                    total = total * one + (-t.powers[h, q, p] / (p + 1.0) if inside else t.powers[h, q, p])
-                out[q] += turn * total * (one if inside else one * one * one)
+                    # Term p of the PSF is of r^{−p−3}; its integral is r^{−p−1} over −(p + 1).
+                    total = total * one - t.powers[h, q, p] / (p + 1.0)
+                out[q] += turn * total * one
         c, s = c * step_c - s * step_s, c * step_s + s * step_c
 
 
@@ -172,7 +172,7 @@ def along_outlines(
                         continue
                     times = 0.5 * share * of_nodes[order - 1, k] * cross / (r * r)
                     if is_far or r >= t.until:
-                        _far(t, True, r, x / r, y / r, seen)
+                        _far(t, r, x / r, y / r, seen)
                         if not is_far:
                             _whole(t, x / r, y / r, seen)
                     else:
@@ -198,86 +198,80 @@ def _whole(t: Table, x: float, y: float, out: F64) -> None:
 
 
 @kernel(forceinline=True)
-def _light_at(t: Table, x: float, y: float, out: F64) -> None:
-    """Set the PSF (kinds,) at a place relative to the photosite."""
-    r = math.hypot(x, y)
-    if r >= t.until:
-        _far(t, False, r, x / r, y / r, out)
-    elif r > 0.0:
-        _near(t.light, t, r, x / r, y / r, out)
-    else:
-        _near(t.light, t, 0.0, 1.0, 0.0, out)
+def _add_light(t: Table, x: float, y: float, values: F64, k: int, light: F64, total: F64, tails: F64) -> None:
+    """Add the PSF at a place relative to the photosite, times values (n, planes) of number k.
+
+    A near place adds to ``total`` (planes, kinds); a far one, to ``tails`` (harmonics, POWERS, planes), sums of the
+    tail's powers of 1/r, which do not depend on the kind of light.
+    """
+    r = math.sqrt(x * x + y * y)
+    if r < t.until:
+        _near(t.light, t, r, x / r if r > 0.0 else 1.0, y / r if r > 0.0 else 0.0, light)
+        for plane in range(len(total)):
+            for q in range(t.kinds):
+                total[plane, q] += values[k, plane] * light[q]
+        return
+    one = 1.0 / r
+    step_c, step_s, c, s = 1.0, 0.0, 1.0, 0.0
+    if t.far > 1:
+        step_c, step_s = _turned(x * one, y * one, t.step)
+    for n in range(t.far):
+        for side in range(2 if t.sines and n else 1):
+            power = (s if side else c) * one * one * one
+            for p in range(POWERS):
+                for plane in range(len(total)):
+                    tails[n + side * t.cosines, p, plane] += values[k, plane] * power
+                power *= one
+        c, s = c * step_c - s * step_s, c * step_s + s * step_c
 
 
 @kernel(forceinline=True)
-def _weighed(weights: F64, total: F64, out: F64) -> None:
-    """Add light of planes (planes, kinds), weighted, to channels (channels,)."""
-    for p in range(len(weights)):
-        for c in range(weights.shape[1]):
-            for q in range(weights.shape[2]):
-                out[c] += weights[p, c, q] * total[p, q]
+def _weighed(t: Table, weights: F64, total: F64, tails: F64, out: F64) -> None:
+    """Add light of planes, see ``_add_light``, weighted, to channels (channels,)."""
+    for plane in range(len(weights)):
+        for q in range(t.kinds):
+            light = total[plane, q]
+            for h in range(len(tails)):
+                for p in range(POWERS):
+                    light += tails[h, p, plane] * t.powers[h, q, p]
+            for c in range(weights.shape[1]):
+                out[c] += weights[plane, c, q] * light
 
 
 @kernel(allocates=True)
 def over_samples(
-    points: F64,
-    values: F64,
-    some: np.ndarray,
-    at: F64,
-    sides: F64,
-    t: Table,
-    weights: F64,
-    out: F64,
-    begin: int,
-    end: int,
+    points: F64, values: F64, some: np.ndarray, lattice: F64, t: Table, weights: F64, out: F64, begin: int, end: int
 ) -> None:
-    """Add the light of a picture's samples (planes, rows, cols) in the mask ``some`` to photosites; at: the first."""
-    planes, rows, cols = values.shape
-    light, total = np.empty(t.kinds), np.empty((planes, t.kinds))
+    """Add the light of a picture's samples (n, planes), of those in the mask ``some``, to photosites.
+
+    lattice : (3, 2) place of the first sample, and steps along rows and down columns
+    """
+    rows, cols = some.shape
+    light, total = np.empty(t.kinds), np.empty((len(weights), t.kinds))
+    tails = np.empty((len(t.powers), POWERS, len(weights)))
     for p in range(begin, end):
-        total[:] = 0.0
+        total[:], tails[:] = 0.0, 0.0
         for r in range(rows):
-            x0, y0 = at[0] + r * sides[1, 0] - points[p, 0], at[1] + r * sides[1, 1] - points[p, 1]
+            x0, y0 = lattice[0, 0] + r * lattice[2, 0] - points[p, 0], lattice[0, 1] + r * lattice[2, 1] - points[p, 1]
             for c in range(cols):
                 if some[r, c]:
-                    _light_at(t, x0 + c * sides[0, 0], y0 + c * sides[0, 1], light)
-                    for plane in range(planes):
-                        for q in range(t.kinds):
-                            total[plane, q] += values[plane, r, c] * light[q]
-        _weighed(weights, total, out[p])
+                    x, y = x0 + c * lattice[1, 0], y0 + c * lattice[1, 1]
+                    _add_light(t, x, y, values, r * cols + c, light, total, tails)
+        _weighed(t, weights, total, tails, out[p])
 
 
 @kernel(allocates=True)
 def over_nodes(
-    points: F64,
-    centres: F64,
-    reach: float,
-    fine: tuple[I64, F64, F64],
-    coarse: tuple[I64, F64, F64],
-    t: Table,
-    weights: F64,
-    out: F64,
-    begin: int,
-    end: int,
+    points: F64, cells: F64, reach: float, nodes: Nodes, t: Table, weights: F64, out: F64, begin: int, end: int
 ) -> None:
-    """Add the light of cells to photosites, with fine nodes for centres within ``reach`` and coarse ones beyond.
-
-    fine   : (cells, 2) where each cell's nodes begin and end, places (n, 2), and light (n, planes)
-    coarse : the same, but (cells + 1,) where they begin
-    """
-    (begins, fine_at, of_fine), (first, coarse_at, of_coarse) = fine, coarse
-    planes = len(weights)
-    light, total = np.empty(t.kinds), np.empty((planes, t.kinds))
+    """Add the light of cells to photosites, with fine nodes for centres (n, 2) within ``reach``, coarse ones beyond."""
+    light, total = np.empty(t.kinds), np.empty((len(weights), t.kinds))
+    tails = np.empty((len(t.powers), POWERS, len(weights)))
     for p in range(begin, end):
-        total[:] = 0.0
-        for cell in range(len(centres)):
-            near = math.hypot(centres[cell, 0] - points[p, 0], centres[cell, 1] - points[p, 1]) < reach
-            low, high = (begins[cell, 0], begins[cell, 1]) if near else (first[cell], first[cell + 1])
-            for k in range(low, high):
-                x, y = (fine_at[k, 0], fine_at[k, 1]) if near else (coarse_at[k, 0], coarse_at[k, 1])
-                _light_at(t, x - points[p, 0], y - points[p, 1], light)
-                for plane in range(planes):
-                    size = of_fine[k, plane] if near else of_coarse[k, plane]
-                    for q in range(t.kinds):
-                        total[plane, q] += size * light[q]
-        _weighed(weights, total, out[p])
+        total[:], tails[:] = 0.0, 0.0
+        for cell in range(len(cells)):
+            which = 0 if math.hypot(cells[cell, 0] - points[p, 0], cells[cell, 1] - points[p, 1]) < reach else 1
+            for k in range(nodes.begins[cell, which, 0], nodes.begins[cell, which, 1]):
+                x, y = nodes.at[k, 0] - points[p, 0], nodes.at[k, 1] - points[p, 1]
+                _add_light(t, x, y, nodes.light, k, light, total, tails)
+        _weighed(t, weights, total, tails, out[p])

@@ -85,3 +85,11 @@ class Table(NamedTuple):
     powers: F64
     far: int
     kinds: int
+
+
+class Nodes(NamedTuple):
+    """Places (n, 2) with light (n, planes); begins: (cells, 2, 2) where a cell's fine and coarse ones begin and end."""
+
+    begins: I64
+    at: F64
+    light: F64

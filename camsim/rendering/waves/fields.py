@@ -146,7 +146,8 @@ class FieldSource:
             light = light.transpose(0, 2, 1) if self._is_turned else light
             there = self._upright(out, light, first, step * layer.step, wider, origin, POINTS)
         else:
-            places = layer.places(np.stack(np.meshgrid(cols, rows), axis=-1).reshape(-1, 2))
+            across, down = layer.step * cols[:, None] * layer.axes[0], layer.step * rows[:, None] * layer.axes[1]
+            places = layer.places(np.zeros((1, 2))) + down[:, None] + across
             there = self._add_points(out, places, layer.step**2 * light, wider, origin)
         for along in _along(layer, lattice):
             out *= thin.passes(layer.step * along)
