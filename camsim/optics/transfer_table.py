@@ -68,7 +68,7 @@ class TransferTable:
         ends = self.first_rad + (np.pi / self.panels) * (np.arange(self.panels) + np.array([[0.0], [1.0]]))
         return float((self.border[:, 0] * np.cos(ends) + self.border[:, 1] * np.sin(ends)).min())
 
-    def in_panels(self, frequency_per_um: F64, each: int) -> C128:
+    def in_panels(self, frequency_per_um: F64, each: int) -> F64 | C128:
         """Return transfers (j, n, panels, each + 3) in evenly spaced directions from a step before each panel.
 
         frequency_per_um : (n,) values of ρ/λN, with ρ measured by ``border`` in each direction
@@ -77,22 +77,24 @@ class TransferTable:
         place = np.arange(-1.0, each + 2.0) / each
         one = interpolation(chebyshev(count), 2.0 * place - 1.0)
         values = self.values.reshape(-1, count)
-        spread = product(np.ascontiguousarray(values.real), np.ascontiguousarray(one.T)) + 1j * product(
-            np.ascontiguousarray(values.imag), np.ascontiguousarray(one.T)
-        )
+        across = np.ascontiguousarray(one.T)
+        spread: F64 | C128 = product(np.ascontiguousarray(values.real), across)
+        if values.imag.any():
+            spread = spread + 1j * product(np.ascontiguousarray(values.imag), across)
         turned = spread.reshape(*self.values.shape[:2], -1)
         found = self._at_radii(frequency_per_um, _parts(turned), turned.shape[2])
         return found.reshape(*found.shape[:2], self.panels, each + 3)
 
-    def along(self, frequency_per_um: F64, directions: int, angle_rad: float = 0.0) -> C128:
+    def along(self, frequency_per_um: F64, directions: int, angle_rad: float = 0.0) -> F64 | C128:
         """Return transfers (j, n, directions) at radial frequencies (n,), in evenly spaced directions from an angle on.
 
         directions : over half a turn, as many as the table's or more
         """
         return self._at_radii(frequency_per_um, self._turned(directions, angle_rad), directions)
 
-    def _at_radii(self, frequency_per_um: F64, turned: list[tuple[F64, F64 | None]], directions: int) -> C128:
-        out = np.zeros((len(self.values), frequency_per_um.size, directions), complex)
+    def _at_radii(self, frequency_per_um: F64, turned: list[tuple[F64, F64 | None]], directions: int) -> F64 | C128:
+        kind = float if all(imaginary is None for _, imaginary in turned) else complex
+        out = np.zeros((len(self.values), frequency_per_um.size, directions), kind)
         for one, (real, imaginary), blur in zip(out, turned, self.blur_um, strict=True):
             rho = frequency_per_um * (blur / self.outer)
             within = rho < 1.0
@@ -118,7 +120,7 @@ class TransferTable:
         return {}
 
 
-def _parts(values: C128) -> list[tuple[F64, F64 | None]]:
+def _parts(values: F64 | C128) -> list[tuple[F64, F64 | None]]:
     """Return real and imaginary parts at each wavelength; None: the transfer is real."""
     return [
         (np.ascontiguousarray(one.real), np.ascontiguousarray(one.imag) if one.imag.any() else None) for one in values

@@ -10,6 +10,8 @@ from camsim.core.arrays import F64, I64
 from camsim.scene import overlap
 from camsim.scene.regions import filled
 
+ROWS = 50  # of squares that are clipped together
+
 
 def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:
     """Return the part of each square that lies within the outline, and the area of that part."""
@@ -18,9 +20,11 @@ def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:
     geometry = _geometry(start, end)
     row, col = cut.T
     low, high = int(col.min()) - 1.0, int(col.max()) + 2.0
-    bands: dict[int, Any] = {
-        int(r): shapely.intersection(geometry, shapely.box(low, r, high, r + 1.0)) for r in np.unique(row)
-    }
+    bands: dict[int, Any] = {}
+    for rows in np.split(found := np.unique(row), range(ROWS, len(found), ROWS)):
+        # Few edges lie in a few rows: they are clipped first.
+        some = shapely.intersection(geometry, shapely.box(low, rows[0], high, rows[-1] + 1.0))
+        bands |= {int(r): shapely.intersection(some, shapely.box(low, r, high, r + 1.0)) for r in rows}
     boxes = shapely.box(col, row, col + 1.0, row + 1.0)
     pieces = shapely.intersection(boxes, np.array([bands[int(r)] for r in row], object))
     return pieces, shapely.area(pieces)

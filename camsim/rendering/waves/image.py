@@ -180,10 +180,9 @@ class FrequencyImage:
             work = functools.partial(add_curves, total, transform, curves, footprint, share, scale, lattice.rows.start)
         elif lens.is_pupil:
             (polar, there), per, turn = self._table("polar", level, weights, lens)
-            parts, steps = polar.view(polar.real.dtype), (step_x, step_y, per, lattice.cut)
-            work = functools.partial(
-                add_polar, total, transform, parts, there, footprint, share, steps, turn, lattice.rows.start
-            )
+            parts, steps = (polar.view(polar.real.dtype), there), (step_x, step_y, per, lattice.cut)
+            real, first = np.isrealobj(polar), lattice.rows.start
+            work = functools.partial(add_polar, total, transform, *parts, real, footprint, share, steps, turn, first)
         else:
             self._add_planes(total, transform, level, lattice, behind, footprint, share)
             return
@@ -228,7 +227,9 @@ class FrequencyImage:
             table = getattr(lens, kind)(level, weights)
             if kind == "polar":
                 (polar, there), *scale = table
-                table = (polar.astype(complex_type(self.precision), copy=False), there), *scale
+                precise = np.zeros(0, complex_type(self.precision))
+                precise = precise if np.iscomplexobj(polar) else precise.real
+                table = (polar.astype(precise.dtype, copy=False), there), *scale
             self._tables[key] = table
         return self._tables[key]
 

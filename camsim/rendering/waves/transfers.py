@@ -74,7 +74,7 @@ class Lens:
         curves = np.einsum("kcj,jn->nkc", weights, otf)
         return np.ascontiguousarray(curves), (points - 1) / level.cut
 
-    def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
+    def polar(self, level: Level, weights: F64) -> tuple[tuple[F64 | C128, I64], float, tuple[float, float, int, F64]]:
         """Return the transfer (points, directions, kinds, channels), its scale and its panels of directions.
 
         The table comes with the number of channels at each point; the scale is in points per cycle/pitch. See
@@ -89,7 +89,7 @@ class Lens:
         there, few = np.full(points + 1, weights.shape[1]), per_um[:: max(1, points // FEW_RADII)]
         if directions == 1:
             polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, 1))
-            return (np.ascontiguousarray(polar), there), per, (0.0, 0.0, 1, NO_BORDER)
+            return (_in_fours(polar), there), per, (0.0, 0.0, 1, NO_BORDER)
         if table.panels:
             border = np.concatenate([table.border, -table.border[:1]])
             stretched = level.cut * float(np.hypot(*table.border.T).max())
@@ -100,19 +100,19 @@ class Lens:
             along = table.in_panels(per_um, steps)
             along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn on it is the conjugate
             polar = np.einsum("kcj,jnt->ntkc", weights, along.reshape(*along.shape[:2], -1))
-            return (np.ascontiguousarray(polar), there), per, (table.first_rad, table.panels / math.pi, steps, border)
+            return (_in_fours(polar), there), per, (table.first_rad, table.panels / math.pi, steps, border)
         turn = -0.5 * math.pi
         steps = _followed(lambda count: table.along(few, count, turn), max(32, directions), self.allowed)
         polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, steps, turn))
         polar = np.concatenate([polar[:, -1:].conj(), polar, polar[:, :2].conj()], axis=1)
-        return (np.ascontiguousarray(polar), there), per, (turn, 1.0 / math.pi, steps, NO_BORDER)
+        return (_in_fours(polar), there), per, (turn, 1.0 / math.pi, steps, NO_BORDER)
 
     def size(self, frequency: F64, light: F64) -> F64:
         """Return the largest transfer over all directions at frequencies (n,), cycles/pitch; light: (j,) weights."""
         size: F64 = np.einsum("j,jn->n", light, np.abs(self._around(frequency)).max(axis=2))
         return size
 
-    def _around(self, frequency: F64) -> C128:
+    def _around(self, frequency: F64) -> F64 | C128:
         """Return transfers (j, n, directions) at radial frequencies (n,), cycles/pitch."""
         per_um = frequency / self.pitch_um
         if self.is_pupil:
@@ -147,7 +147,16 @@ class Lens:
         return out
 
 
-def _followed(asked: Callable[[int], C128], fewest: int, allowed: float) -> int:
+def _in_fours(polar: F64 | C128) -> F64 | C128:
+    """Return a table whose last axis is a multiple of four numbers long, without imaginary parts if they are all 0."""
+    parts = polar if polar.imag.any() else polar.real
+    width = 2 if np.iscomplexobj(parts) else 4
+    out = np.zeros((*parts.shape[:-1], -(-parts.shape[-1] // width) * width), parts.dtype)
+    out[..., : parts.shape[-1]] = parts
+    return out
+
+
+def _followed(asked: Callable[[int], F64 | C128], fewest: int, allowed: float) -> int:
     """Return how many steps suffice for cubic interpolation, tested at the midpoints of a table twice as fine."""
     steps = fewest
     while steps < MOST_STEPS:
