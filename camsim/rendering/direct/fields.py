@@ -39,6 +39,7 @@ from camsim.spectra.curve import Curve, Spectrum
 MOST_PHASE = 250.0  # of a spline with which the PSF is convolved: about the number of harmonics
 CELL = 4.0  # largest side of a gradient's cell, in periods of the lens's highest frequency
 FAR_NODES, MOST_NODES = 4, 120  # along a side of a cell: of far ones, and at most
+OF_TAIL = 20.0  # relative error of a rule over the tail: at most this, times (half a cell over twice r) to its degree
 MOST_TURN = 0.1  # radians of a chord: the bound on its error is of small angles
 NODES_A_WAVE = 2.5  # along a side of a cell
 
@@ -328,8 +329,10 @@ class Fields:
         # The coarse cells send at most the light beyond the table's end.
         far = np.einsum("pcq,q->pc", np.abs(behind.weights), np.abs(behind.table.powers[0, :, 0]))
         beyond = max(2.0 * math.pi * float(far.max()) / behind.table.until, self.allowed)
-        smooth = gauss_order(math.pi * seen.cycles, max(self.allowed / beyond, 1e-12), least=FAR_NODES)
-        coarse = seen.nodes(cells, smooth)
+        share, least = max(self.allowed / beyond, 1e-12), FAR_NODES if seen.coefficients is None else 2
+        while least < FAR_NODES and OF_TAIL * (0.25 * seen.step / reach) ** (2 * least - seen.degree) > share:
+            least += 1
+        coarse = seen.nodes(cells, gauss_order(math.pi * seen.cycles, share, least=least))
         begins = np.zeros((len(cells), 2, 2), np.int64)
         begins[near, 0] = np.stack([fine[0][:-1], fine[0][1:]], axis=1)
         begins[:, 1] = len(fine[1]) + np.stack([coarse[0][:-1], coarse[0][1:]], axis=1)
