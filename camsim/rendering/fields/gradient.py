@@ -24,6 +24,7 @@ from camsim.spectra.curve import Spectrum
 MOST_SAMPLES = 64_000_000
 TAPS, BAND = 16, 0.25  # of the filter, and its highest frequency, cycles per sample; accurate to 2e-14
 MARGIN = 24  # samples beyond the rim: the influence of those farther out on splines is 0.27²⁴
+PER_PITCHES = 1, 2, 3, 4, 5, 16, 25  # samples in a whole number of pitches
 FEWEST = 8  # smallest number of samples along a field's extent
 OF_SMALLEST = 48  # samples along the smallest length over which a field changes
 
@@ -53,8 +54,10 @@ def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: 
     pitch_um      : pitch of the photosites
     """
     step_um = _step_um(gradient, cutoff_per_um, allowed)
-    # A whole number of samples per pitch, or of pitches per sample: transforms along rows are FFTs then.
-    step_um = pitch_um / math.ceil(pitch_um / step_um) if step_um < pitch_um else pitch_um * (step_um // pitch_um)
+    # A simple fraction of a pitch, or whole pitches: transforms along rows are FFTs then.
+    part = step_um / pitch_um
+    parts = (math.floor(part * whole) / whole for whole in PER_PITCHES)
+    step_um = pitch_um * (max(parts) or 1.0 / math.ceil(1.0 / part) if part < 1.0 else math.floor(part))
     more = MARGIN + TAPS if gradient.cycles_per_um else MARGIN
     counts = [2 * (math.ceil(half / step_um) + more) for half in gradient.half_um]
     if counts[0] * counts[1] > MOST_SAMPLES:

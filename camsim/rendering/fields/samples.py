@@ -181,21 +181,24 @@ def _corrections(
     taken = _on_grids(lattice, layer.degree, patch, x) * -np.outer(w, w).ravel()
     nodes, light = [(patch[:, None, ::-1] + t).reshape(-1, 2)], [taken.reshape(len(fine), -1)]
 
-    # Add the visible part: signed triangles from the patch's centre to every edge, by Duffy's transformation. The
-    # coordinate along the edge needs fewer nodes for short edges.
-    length = np.hypot(*(cover.end - cover.start).T)
+    # Add the visible part: signed triangles from one of its corners to every edge, by Duffy's transformation; those
+    # that begin or end there have no area. The coordinate along the edge needs fewer nodes for short edges.
+    corner = cover.start[np.searchsorted(cover.owner, cover.owner)]
+    start, end, length = cover.start - corner, cover.end - corner, np.hypot(*(cover.end - cover.start).T)
     mine = among[1][cover.owner] if len(cover.owner) else np.empty(0, bool)
+    mine = mine & (start != 0.0).any(axis=1) & (end != 0.0).any(axis=1)
     needed = np.minimum(x.size, np.ceil(x.size * length).astype(np.int64) + 3)
     for order in np.unique(needed[mine]).tolist():
         these = mine & (needed == order)
-        a, b, of = cover.start[these], cover.end[these], cover.cut[cover.owner[these]]
+        a, b, of = start[these], end[these], cover.cut[cover.owner[these]]
+        first = 0.5 + corner[these][:, None]
         s, ws = _composite(1, order) if order < x.size else (x, w)
         along, across = (part.ravel() for part in np.meshgrid(x, s))
         inside = along[None, :, None] * (a[:, None] + across[None, :, None] * (b - a)[:, None])
         twice = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
-        seen = _values(fine, layer.degree, of, 0.5 + inside)
+        seen = _values(fine, layer.degree, of, first + inside)
         seen *= twice[:, None] * (np.outer(ws, w).ravel() * along)
-        nodes.append((of[:, None, ::-1] + 0.5 + inside).reshape(-1, 2))
+        nodes.append((of[:, None, ::-1] + first + inside).reshape(-1, 2))
         light.append(seen.reshape(len(fine), -1))
     return np.concatenate(nodes), np.concatenate(light, axis=1)
 
