@@ -125,7 +125,7 @@ class Seen:
             t[begin[k] : begin[k + 1]], weights[begin[k] : begin[k + 1]] = part[:, :2], part[:, 2]
         places = t + item[:, ::-1]
         light = self.values(places) * (weights * self.step**2)
-        return begin, self.corner + places @ self.sides, np.ascontiguousarray(light.T)
+        return begin, self.corner + np.einsum("na,ax->nx", places, self.sides), np.ascontiguousarray(light.T)
 
 
 class Fields:

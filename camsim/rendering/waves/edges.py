@@ -19,7 +19,7 @@ from camsim.rendering.waves.kernels import slope, transform_edges
 from camsim.rendering.waves.levels import Lattice
 
 MOST_NODES = 200  # of one Gauss rule on an edge; longer edges are divided
-EDGES_AT_ONCE, ROWS_AT_ONCE = 1000, 16
+EDGES_AT_ONCE, ROWS_AT_ONCE, PLACES_AT_ONCE = 1000, 16, 10_000
 FEW_EDGES = 64  # for which closed forms at all frequencies take less than quadrature and transforms of its nodes
 NODES_AT_ONCE = 1_000_000  # of all kinds that are transformed together
 
@@ -107,18 +107,27 @@ def _in_closed_form(
     return out
 
 
-def phases(places: F64, lattice: Lattice) -> tuple[F64, F64]:
-    """Return radians along y and x of places (n, 2) in a lattice's period, −π … π."""
-    cycles = places / np.array(lattice.periods, float)
-    cycles -= np.rint(cycles)
-    cycles *= 2.0 * np.pi
-    return np.ascontiguousarray(cycles[:, 1]), np.ascontiguousarray(cycles[:, 0])
+def half_plane(places: F64, lattice: Lattice) -> tuple[tuple[F64, F64], C128]:
+    """Return radians along y and x of places (n, 2) in a lattice's period, −π … π, and factors of their strengths.
+
+    The factors shift modes centred on 0 along x to modes from 0 on.
+    """
+    (down, across), turn = np.empty((2, len(places))), np.empty(len(places), complex)
+    work = functools.partial(_turn, places, lattice.periods, lattice.counts[0] // 2, down, across, turn)
+    shared(len(places), work, least=PLACES_AT_ONCE)
+    return (down, across), turn
 
 
-def half_plane(strengths: C128, across: F64, columns: int) -> C128:
-    """Return strengths with phases that shift modes centred on 0 to modes from 0 on, by columns // 2."""
-    turned: C128 = strengths * np.exp(-1j * (columns // 2) * across)
-    return turned
+@kernel()
+def _turn(
+    places: F64, periods: tuple[int, int], middle: int, down: F64, across: F64, turn: C128, begin: int, stop: int
+) -> None:
+    """Write the phases and factors of places begin … stop."""
+    for n in range(begin, stop):
+        u, v = places[n, 0] / periods[0], places[n, 1] / periods[1]
+        across[n] = 2.0 * math.pi * (u - math.floor(u + 0.5))
+        down[n] = 2.0 * math.pi * (v - math.floor(v + 0.5))
+        turn[n] = complex(math.cos(middle * across[n]), -math.sin(middle * across[n]))
 
 
 def _nodes(start: F64, end: F64, lattice: Lattice, allowed: float) -> tuple[tuple[F64, F64], I64, C128]:

@@ -23,7 +23,7 @@ from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import LONGEST_SQUARE, Splines, Support, parts_of, splines_of
 from camsim.rendering.fields.thinned import spacing, thinned
-from camsim.rendering.waves.edges import NODES_AT_ONCE, half_plane, phases
+from camsim.rendering.waves.edges import NODES_AT_ONCE, half_plane
 from camsim.rendering.waves.kernels import repeat
 from camsim.rendering.waves.levels import Lattice
 
@@ -180,12 +180,11 @@ class FieldSource:
             return False
         if not inside.all():
             at, light = at[inside], light[:, inside]
-        down, across = phases(at, lattice)
-        turn = half_plane(np.ones(1, complex), across, out.shape[2])
+        phases, turn = half_plane(at, lattice)
         at_once = max(1, NODES_AT_ONCE // turn.size)
         for first in range(0, len(out), at_once):
             some = slice(first, first + at_once)
-            out[some] += modes((down, across), turn * light[some], out.shape[1:], precision=self.precision, sign=-1)
+            out[some] += modes(phases, turn * light[some], out.shape[1:], precision=self.precision, sign=-1)
         return True
 
     @cached_property
