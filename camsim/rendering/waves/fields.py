@@ -34,6 +34,7 @@ ROWS_AT_ONCE = 16
 MOST_FINER = 4e7  # largest number of samples after subdivision
 FAR_IN = 8  # samples: distance from a border beyond which no spline is affected
 THINNED = 2.5  # periods of the highest frequency: over half of the kernel by which a picture is thinned
+FINEST, MOST_THINNED = 0.5, 8e6  # least spacing of a thinned picture over the picture's, and most samples of it
 POINTS = -1  # degree of splines that are points
 BORDER_NODES = 24  # quadrature nodes between two knots of a border spline, plus one per radian of phase
 
@@ -128,8 +129,12 @@ class FieldSource:
     def thinning(self, far: tuple[float, ...], support: Support) -> FieldSource:
         """Return the source with the support; for frequencies up to ``far`` it is thinned where that takes less."""
         layer = self.layer
-        if not isinstance(layer, Layer) or layer.outline is not None or spacing(layer, far[0]) < 1.0:
-            return dataclasses.replace(self, support=support)
+        plain = dataclasses.replace(self, support=support)
+        if not isinstance(layer, Layer) or layer.outline is not None:
+            return plain
+        step = spacing(layer, far[0])
+        if step < FINEST or math.prod(layer.shape) / step**2 > MOST_THINNED:
+            return plain
         return dataclasses.replace(self, support=support._replace(cut=0.0), far=far)
 
     def _thinned(self, out: C128, layer: Layer, lattice: Lattice, origin: tuple[float, float]) -> bool:
