@@ -28,7 +28,7 @@ class Share(NamedTuple):
 
 SCENE: dict[Source, Share] = {
     "outlines": Share(
-        0.04,
+        0.14,
         "discs as polygons: slope of the line spread × mean square wobble / 2, or light between side and arc",
     ),
     "dropped": Share(0.03, "outlines outside the frame: contrast × angle/2π × light beyond their distance, added up"),
@@ -39,8 +39,8 @@ BOUNDARY: dict[Source, Share] = {
     "lines": Share(0.16, "the same ringing across a whole line, twice that of an end"),
     "in step": Share(0.09, "what edges add to that if their rings meet in step: (λN/R)²/π³ of a circle"),
     "powers": Share(0.03, "powers of λN/R beyond the far form's three: c₇·(λN/R)⁷/13.7; a Gaussian's tail"),
-    "moments": Share(0.12, "moments of the footprint beyond the far form's: Mₙ/2πnRⁿ, n = 8, 10 …; 3·c₁·M₆/2πR⁷"),
-    "tiles": Share(0.12, "Chebyshev interpolation over a tile: ρ⁻ⁿ/πn, ρ = 2 + √5"),
+    "moments": Share(0.07, "moments of the footprint beyond the far form's: Mₙ/2πnRⁿ, n = 8, 10 …; 3·c₁·M₆/2πR⁷"),
+    "tiles": Share(0.07, "Chebyshev interpolation over a tile: ρ⁻ⁿ/πn, ρ = 2 + √5"),
     "field": Share(0.05, "eight-point look-up in the field: 1.07e-3·(2πδ)⁸·∫OTF·f⁷ df/π"),
     "response": Share(0.05, "six-point look-up in the edge response, twice in a corner: 4.9e-3·(2πδ)⁶·∫OTF·f⁵ df/π"),
     "panels": Share(0.03, "Gauss rule of n nodes on panels of 1.6 λN: error for cos 1.6πt × 1.6·∫OTF·f²ⁿ df/(2n+1)π"),
@@ -48,8 +48,8 @@ BOUNDARY: dict[Source, Share] = {
 FREQUENCIES: dict[Source, Share] = {
     "band": Share(0.05, "frequencies cut off where hardly any light passes: ∫transfer/πf df beyond, four edges"),
     "far light": Share(0.05, "an edge's light beyond the last level: c·λN/R, c by the pupil's perimeter and area"),
-    "windows": Share(0.10, "light beyond the kernel of a level's window: 1/sinh β of the light in that window"),
-    "between points": Share(0.10, "coarse levels between their points: side lobes of the interpolating kernel"),
+    "windows": Share(0.05, "light beyond the kernel of a level's window: 1/sinh β of the light in that window"),
+    "between points": Share(0.05, "coarse levels between their points: side lobes of the interpolating kernel"),
     "ringing": Share(
         0.10, "ringing beyond the first level: (λN/R)^{5/2}/4π⁴ of eight ends × √(edges/4); (λN/R)²/π³ of circles"
     ),

@@ -63,5 +63,4 @@ def dead_leaves(
     radius_um = 1.0 / np.sqrt(least + (most - least) * random.random(discs))
     at_um = np.array(centre_um) + (random.random((discs, 2)) - 0.5) * room_um
     drawn = random.integers(len(colours), size=discs)
-    for radius, centre, colour in zip(radius_um.tolist(), at_um.tolist(), drawn.tolist(), strict=True):
-        yield Disc(radius_um=radius, centre_um=centre, reflectance=colours[colour])
+    yield from Disc.many(radius_um, at_um, (colours[colour] for colour in drawn.tolist()))

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
+from camsim.core.arrays import F64
 from camsim.core.typed import NonNegative, Number, Place, Point, Positive, refusal, validate
 from camsim.scene.curves import ARC, Curves, around, joined
 from camsim.scene.primitives import Outlined, Primitive, one, turned
-from camsim.spectra.curve import NumberOrCurve, Reflectance
+from camsim.spectra.curve import NumberOrCurve, Reflectance, Spectrum
 
 Turn = Annotated[float, Gt(0), Le(360)]
 Angle = Annotated[float, Ge(-1e6), Le(1e6)]
@@ -39,6 +40,17 @@ class Disc(Outlined):
 
     def _outline(self) -> Curves:
         return around(self.centre_um, *(self.radius_um * np.eye(2)))
+
+    @classmethod
+    def many(cls, radius_um: F64, centre_um: F64, reflectances: Iterable[Spectrum]) -> Iterator[Disc]:
+        """Yield discs of valid arrays (n,) and (n, 2); to validate each takes longer than to render it."""
+        give = object.__setattr__
+        for radius, centre, reflectance in zip(radius_um.tolist(), centre_um.tolist(), reflectances, strict=True):
+            disc = cls.__new__(cls)
+            give(disc, "radius_um", radius)
+            give(disc, "centre_um", (*centre,))
+            give(disc, "reflectance", reflectance)
+            yield disc
 
     @staticmethod
     def together(discs: Sequence[Disc]) -> Iterator[Primitive]:
