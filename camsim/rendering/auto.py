@@ -19,7 +19,8 @@ from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.engine import Paper
 from camsim.rendering.waves.plan import Waves, WavesPlan
-from camsim.scene import Scene, flattened
+from camsim.scene import Scene
+from camsim.scene.raster import Field
 
 BOUNDARY, FREQUENCIES = Boundary(), Waves()
 ENGINES: dict[str, Engine] = {
@@ -97,8 +98,8 @@ def choose(
 def _checker(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
     """Return the check: direct sums for few outlines and a rotationally symmetric lens, else a second frequency sum."""
     job, like = plan.job, plan if isinstance(plan, WavesPlan) else None
-    curves = (len(fill.curves.kind) for one in flattened(scene.shapes) for fill in one.fills)
-    few = len(job.edges) <= MANY or sum(curves) <= CURVES
+    curves = sum(shape.pieces for shape in scene.shapes if not isinstance(shape, Field))
+    few = len(job.edges) <= MANY or curves <= CURVES
     few = few and (fields is None or _waves_of_samples(fields) <= WIDEST)
     finest = job.tolerance if fields is None else job.tolerance / fields.brighter
     if isinstance(job.system.lens, RoundLens) and not job.system.more and finest >= DIRECT and few:

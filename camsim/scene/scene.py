@@ -55,8 +55,8 @@ class Scene:
         """Distinct curves with every kink of the scene's reflectances, for quadrature; the background comes first."""
         painted: list[Spectrum] = [self.background]
         for shape in self.shapes:
-            each = shape.surfaces if isinstance(shape, Field) else (one.reflectance for one in shape.primitives())
-            painted.extend(each)
+            known = getattr(shape, "surfaces", None)  # of pictures and charts
+            painted.extend((one.reflectance for one in shape.primitives()) if known is None else known)
         return numbered(painted)[0]
 
     def framed(self, reflectance: Spectrum) -> Scene:

@@ -17,7 +17,7 @@ from annotated_types import Ge, Le
 from camsim.core.arrays import F64
 from camsim.core.typed import Point, Positive, Several, check, validate
 from camsim.errors import InvalidValueError, UnknownNameError, in_brief
-from camsim.scene.primitives import Compound, Primitive, Shape, flattened, turned
+from camsim.scene.primitives import Compound, Outlined, Primitive, Shape, flattened, numbered, turned
 from camsim.scene.shapes import Disc, Polygon, Rectangle, Text
 from camsim.spectra.curve import Spectrum
 
@@ -56,6 +56,7 @@ class Chart(Compound):
     parameters: Mapping[str, Any] = field(hash=False)
     shapes: tuple[Shape, ...] = field(init=False, repr=False, compare=False)
     _painted: tuple[Primitive, ...] | None = field(default=None, init=False, repr=False, compare=False)
+    _surfaces: tuple[Spectrum, ...] | None = field(default=None, init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:
 
@@ -88,6 +89,17 @@ class Chart(Compound):
     def __reduce__(self) -> tuple[Any, tuple[()]]:
         """Return its parameters for pickling: workers redraw it, faster than unpickling thousands of shapes."""
         return functools.partial(Chart, name=self.name, parameters=self.parameters), ()
+
+    @property
+    def surfaces(self) -> tuple[Spectrum, ...]:
+        """Distinct reflectances in painter's order."""
+        if self._surfaces is None:
+            each: list[Spectrum] = []
+            for kind, alike in itertools.groupby(self.shapes, type):
+                parts = alike if issubclass(kind, Outlined) else flattened(alike)
+                each += [one.reflectance for one in parts]
+            object.__setattr__(self, "_surfaces", numbered(each)[0])
+        return self._surfaces or ()
 
     def primitives(self) -> Iterator[Primitive]:
         """Return the primitives of its shapes; cached, as spectra, outlines and the check all use them."""

@@ -13,7 +13,7 @@ from annotated_types import Ge, Gt, Le
 from camsim.core.arrays import F64
 from camsim.core.typed import NonNegative, Number, Place, Point, Positive, refusal, validate
 from camsim.scene.curves import ARC, Curves, around, joined
-from camsim.scene.primitives import Outlined, Primitive, one, turned
+from camsim.scene.primitives import Fill, Outlined, Primitive, turned
 from camsim.spectra.curve import NumberOrCurve, Reflectance, Spectrum
 
 Turn = Annotated[float, Gt(0), Le(360)]
@@ -53,16 +53,16 @@ class Disc(Outlined):
             yield disc
 
     @staticmethod
-    def together(discs: Sequence[Disc]) -> Iterator[Primitive]:
+    def together(discs: Sequence[Disc]) -> list[Primitive]:
         """Return the outlines of many discs, as views of a few arrays."""
         points = np.zeros((len(discs), 1, 4, 2))
         points[:, 0, 1, 0] = points[:, 0, 2, 1] = [disc.radius_um for disc in discs]
         points[:, 0, 0] = points[:, 0, 3] = points[:, 0, 1] + [disc.centre_um for disc in discs]
         turn, kind, first = np.array([math.tau]), np.array([ARC]), np.array([0, 1])
-        return (
-            one(Curves(each, turn, kind, first), disc.reflectance, simple=True)
+        return [
+            Primitive(((Fill(Curves(each, turn, kind, first), "nonzero", True),),), disc.reflectance)
             for each, disc in zip(points, discs, strict=True)
-        )
+        ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
