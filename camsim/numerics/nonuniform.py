@@ -27,14 +27,14 @@ def finer(precision: float) -> float:
     return next(larger for finest, larger in FINER if precision >= finest)
 
 
-def complex_type(precision: float) -> type[np.complexfloating]:
-    """Return the type of complex numbers in which sums of a relative precision are formed."""
-    return np.complex64 if precision >= SINGLE_SUMS else np.complex128
+def complex_type(precision: float, single: float = SINGLE_SUMS) -> type[np.complexfloating]:
+    """Return the type of complex numbers in which sums of a relative precision are formed; ``SINGLE``: strengths."""
+    return np.complex64 if precision >= single else np.complex128
 
 
 def modes(
     phases: tuple[F64, F64],
-    strengths: C128,
+    strengths: Complex,
     shape: tuple[int, int],
     *,
     precision: float,
@@ -60,9 +60,7 @@ def modes(
     if precision >= SINGLE:
         # Products in double precision: those in single differ between processors, and sums of them by 1e-6.
         phases = phases[0].astype(np.float32), phases[1].astype(np.float32)
-        strengths = strengths.astype(np.complex64, order="C")
-    else:
-        strengths = np.ascontiguousarray(strengths)
+    strengths = np.ascontiguousarray(strengths, complex_type(precision, SINGLE))
     # For many points, a larger grid is better, since each point spreads over fewer cells.
     larger = finer(precision) if precision >= COARSE or strengths.shape[1] < shape[0] * shape[1] else 2.0
     total: Complex = finufft.nufft2d1(

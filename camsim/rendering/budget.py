@@ -1,7 +1,8 @@
 """Error budget: every source of error by name, with its share of the tolerance.
 
 An image's error comes from the preparation of the scene and from one engine. The shares of ``SCENE`` and ``BOUNDARY``
-add to 1, and those of ``SCENE`` and ``FREQUENCIES`` to at most 1 for each lens: none has both spikes and distortion.
+add to 1, and those of ``SCENE`` and ``FREQUENCIES`` to at most 1 for each lens: none has both spikes and distortion,
+and what spikes do not take mixtures do.
 Shares are large where accuracy is expensive: the cost of ends and lines grows as their share to the power −2/5, all
 other costs as −1/6 or slower.
 """
@@ -55,7 +56,7 @@ FREQUENCIES: dict[Source, Share] = {
     ),
     "transfers": Share(0.15, "tables of the lens's transfer, and integrals over its pupil, tested between nodes"),
     "spreading": Share(0.02, "precision of the non-uniform transforms of edges, pictures and points"),
-    "mixtures": Share(0.06, "colours computed as mixtures of fewer"),
+    "mixtures": Share(0.06, "colours computed as mixtures of fewer; 0.28 where there are no spikes"),
     "spikes": Share(0.27, "light that a pupil's straight sides throw beyond the first level: 2/5 of it"),
     "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of the sagitta × line spread"),
 }

@@ -11,7 +11,7 @@ import numpy as np
 from camsim.core.arrays import C128, F64, I64, Complex
 from camsim.core.cached import cached_property
 from camsim.core.kernels import kernel, shared
-from camsim.numerics.nonuniform import complex_type, modes
+from camsim.numerics.nonuniform import SINGLE, complex_type, modes
 from camsim.numerics.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges
 from camsim.rendering.waves.clamped import clamped, netted
@@ -21,7 +21,7 @@ from camsim.rendering.waves.levels import Lattice
 MOST_NODES = 200  # of one Gauss rule on an edge; longer edges are divided
 EDGES_AT_ONCE, ROWS_AT_ONCE, PLACES_AT_ONCE = 1000, 16, 10_000
 FEW_EDGES = 64  # for which closed forms at all frequencies take less than quadrature and transforms of its nodes
-NODES_AT_ONCE = 1_000_000  # of all kinds that are transformed together
+NODES_AT_ONCE = 4_000_000  # of all kinds that are transformed together
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,11 +74,14 @@ class EdgeSource:
         places, which, along = _nodes(start, end, lattice, 0.5 * self.precision)
         rows = lattice.rows
         out = np.empty((self.kinds, len(rows), lattice.counts[0]), complex_type(self.precision))
-        along *= np.exp(-1j * (rows.start + len(rows) // 2) * places[0])
+        if middle := rows.start + len(rows) // 2:
+            along *= np.exp(-1j * middle * places[0])
         step_x, step_y = (1.0 / period for period in lattice.periods)
         at_once, jump = max(1, NODES_AT_ONCE // along.size), np.ascontiguousarray(jump.T)
         for first in range(0, self.kinds, at_once):
-            strengths = along * np.take(jump[first : first + at_once], which, axis=1)
+            some = jump[first : first + at_once]
+            strengths = np.empty((len(some), along.size), complex_type(self.precision, SINGLE))
+            shared(along.size, functools.partial(_strong, along, some, which, strengths), least=EDGES_AT_ONCE)
             out[first : first + at_once] = modes(places, strengths, out.shape[1:], precision=self.precision, sign=-1)
         for whole, area in zip(out, areas.tolist(), strict=True):
             shared(
@@ -147,6 +150,14 @@ def _nodes(start: F64, end: F64, lattice: Lattice, allowed: float) -> tuple[tupl
 
     shared(len(start), work, least=EDGES_AT_ONCE)
     return (down, across), owner, strengths
+
+
+@kernel()
+def _strong(along: C128, jump: F64, which: I64, out: Complex, begin: int, stop: int) -> None:
+    """Write the strengths (kinds, n) of nodes begin … stop: their own times their edges' jump (kinds, edges)."""
+    for n in range(begin, stop):
+        for k in range(len(jump)):
+            out[k, n] = along[n] * jump[k, which[n]]
 
 
 @kernel()

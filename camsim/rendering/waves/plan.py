@@ -104,7 +104,7 @@ class WavesPlan:
             if not job.system.chromatic:
                 density, lens = density.sum(axis=2, keepdims=True), self._lens(nodes.wavelength_nm[:1], tolerance)
             shares, contrast = kinds(density[1:] - density[0])
-            mixture = lens.mixed(contrast, OF_MIXTURE * tolerance)
+            mixture = lens.mixed(contrast, self._of_mixtures * tolerance)
             shares = np.einsum("sk,mk->sm", shares, mixture)
             source = EdgeSource(edges=job.edges, shares=shares, precision=precision)
             found.append((source, np.einsum("mk,kcj->mcj", mixture, contrast), lens))
@@ -161,7 +161,7 @@ class WavesPlan:
         for layer in fields.layers:
             weights = density[first : first + layer.planes]
             first += layer.planes
-            mixture = lens.mixed(weights, OF_MIXTURE * fields.tolerance)
+            mixture = lens.mixed(weights, self._of_mixtures * fields.tolerance)
             cut = self._band(lens, weights, fields.tolerance)
             yield self._source(layer, mixture, cut, precision), np.einsum("mk,kcj->mcj", mixture, weights), lens
 
@@ -252,7 +252,7 @@ class WavesPlan:
         the spike that falls within its width.
         """
         lens = self.job.system.lens
-        if isinstance(lens, RoundLens | Fading) or (isinstance(lens, OfPupil) and lens.pupil.shape == "circular"):
+        if not self._has_sides:
             return 0.0
         if isinstance(lens, OfPupil):
             sides = 1.0 if lens.pupil.sides % 2 else 2.0
@@ -261,6 +261,19 @@ class WavesPlan:
             thrown = self._thrown
         again = math.sqrt(math.pi**2 / 3.0 * thrown * width / allowed)
         return min(HIDDEN * thrown / allowed, max(farthest, again))
+
+    @property
+    def _has_sides(self) -> bool:
+        """Whether the pupil may have straight sides, whose spikes take a share of the tolerance."""
+        lens = self.job.system.lens
+        return not isinstance(lens, RoundLens | Fading) and not (
+            isinstance(lens, OfPupil) and lens.pupil.shape == "circular"
+        )
+
+    @property
+    def _of_mixtures(self) -> float:
+        """Share of the tolerance for mixtures: larger where there are no spikes."""
+        return OF_MIXTURE + (0.0 if self._has_sides else OF_SPIKES - _share("bent edges"))
 
     @property
     def _thrown(self) -> float:

@@ -94,11 +94,9 @@ class Chart(Compound):
     def surfaces(self) -> tuple[Spectrum, ...]:
         """Distinct reflectances in painter's order."""
         if self._surfaces is None:
-            each: list[Spectrum] = []
-            for kind, alike in itertools.groupby(self.shapes, type):
-                parts = alike if issubclass(kind, Outlined) else flattened(alike)
-                each += [one.reflectance for one in parts]
-            object.__setattr__(self, "_surfaces", numbered(each)[0])
+            plain = all(issubclass(kind, Outlined) for kind in {*map(type, self.shapes)})
+            parts: Iterable[Any] = self.shapes if plain else self.primitives()
+            object.__setattr__(self, "_surfaces", numbered([one.reflectance for one in parts])[0])
         return self._surfaces or ()
 
     def primitives(self) -> Iterator[Primitive]:
