@@ -42,12 +42,11 @@ class Disc(Outlined):
         return around(self.centre_um, *(self.radius_um * np.eye(2)))
 
     @classmethod
-    def many(cls, radius_um: F64, centre_um: F64, reflectances: Iterable[Spectrum]) -> Iterator[Disc]:
+    def many(cls, radius_um: F64, centre_um: F64, surfaces: Iterable[Spectrum]) -> Iterator[Disc]:
         """Yield discs of valid arrays (n,) and (n, 2); to validate each takes longer than to render it."""
         give = object.__setattr__
-        for radius, centre, reflectance in zip(radius_um.tolist(), centre_um.tolist(), reflectances, strict=True):
-            disc = cls.__new__(cls)
-            give(disc, "radius_um", radius)
+        for radius, centre, reflectance in zip(radius_um.tolist(), centre_um.tolist(), surfaces, strict=True):
+            give(disc := cls.__new__(cls), "radius_um", radius)
             give(disc, "centre_um", (*centre,))
             give(disc, "reflectance", reflectance)
             yield disc
