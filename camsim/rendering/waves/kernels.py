@@ -9,7 +9,6 @@ import numpy as np
 from camsim.core.arrays import C128, F64, I64, Complex, Floats
 from camsim.core.kernels import kernel
 
-FEW = 8  # numbers of a transfer that are interpolated in registers
 SMALL_PHASE = 1e-4  # radians below which a sinc is taken from its series
 
 
@@ -72,7 +71,7 @@ def add_curves(
                     col = 0
 
 
-@kernel(forceinline=True)
+@kernel()
 def _line(share: tuple[F64, float], frequency: float) -> float:
     """Return the linearly interpolated value at a frequency; the last value beyond the end."""
     values, per = share
@@ -101,8 +100,8 @@ def add_polar(
     """Add source × transfer for a transfer that depends on direction.
 
     total : (channels, rows, cols) as of ``add_curves``
-    polar : (points, directions, kinds, 2·channels or more): real and imaginary parts interleaved, so that loops over
-            channels vectorise; in the precision of ``total``
+    polar : (points, directions, kinds, 2·channels): real and imaginary parts interleaved, so that loops over channels
+            vectorise, or (…, channels) real parts; in the precision of ``total``
     there : (points,) how many of the first channels are summed at a radius
     real  : whether ``polar`` has only real parts
     scale : as of ``add_curves``, and the highest frequency
@@ -117,7 +116,6 @@ def add_polar(
     begins, per_radian, steps, border = turn
     panels = directions // (steps + 3)
     lens, sums = np.empty(parts, polar.dtype), np.empty((cols, 2 * channels), polar.dtype)
-    few, zero = parts % 4 == 0 and parts <= FEW, np.zeros(1, polar.dtype)[0]
     radial, turned = np.empty(4), np.ones(4)
     near, value = np.empty((4, 4), polar.dtype), np.empty(2, polar.dtype)  # weights, and light
     for row in range(begin, stop):
@@ -163,12 +161,9 @@ def add_polar(
                     for k in range(kinds):
                         light = source[k, j - lowest, i] * times
                         value[0], value[1] = light.real, light.imag
-                        if few:
-                            _write_few(polar, at - 1, way, k, near, zero, lens)
-                        else:
-                            lens[:parts] = 0.0
-                            for q in range(4):
-                                _add_row(polar[at + q - 1], way, k, near[q], lens, parts)
+                        lens[:parts] = 0.0
+                        for q in range(4):
+                            _add_row(polar[at + q - 1], way, k, near[q], lens, parts)
                         if real:
                             for c in range(parts):
                                 here[2 * c] += value[0] * lens[c]
@@ -183,19 +178,6 @@ def add_polar(
         for c in range(channels):
             for i in range(cols):
                 total[c, row, i] += complex(sums[i, 2 * c], sums[i, 2 * c + 1])
-
-
-@kernel(forceinline=True)
-def _write_few(polar: F64, at: int, way: int, k: int, weights: F64, zero: float, lens: F64) -> None:
-    """Write the values interpolated from four radii, four numbers at a time, which stay in registers."""
-    ways = min(polar.shape[1], 4)
-    for c in range(0, polar.shape[3], 4):
-        a0 = a1 = a2 = a3 = zero
-        for q in range(4):
-            for t in range(ways):
-                w, one = weights[q, t], polar[at + q, way + t, k, c : c + 4]
-                a0, a1, a2, a3 = a0 + w * one[0], a1 + w * one[1], a2 + w * one[2], a3 + w * one[3]
-        lens[c], lens[c + 1], lens[c + 2], lens[c + 3] = a0, a1, a2, a3
 
 
 @kernel()
@@ -252,7 +234,7 @@ def mix(image: F64, one: Floats, down: F64, across: F64, begin: int, stop: int) 
                 image[c, row, i] += weight * one[row, i]
 
 
-@kernel(forceinline=True)
+@kernel()
 def _cubic(t: float, weights: F64) -> None:
     """Write the Lagrange interpolation weights at t of the points −1, 0, 1 and 2."""
     a, b, c = t + 1.0, t - 1.0, t - 2.0

@@ -89,7 +89,7 @@ class Lens:
         there, few = np.full(points + 1, weights.shape[1]), per_um[:: max(1, points // FEW_RADII)]
         if directions == 1:
             polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, 1))
-            return (_in_fours(polar), there), per, (0.0, 0.0, 1, NO_BORDER)
+            return (_plain(polar), there), per, (0.0, 0.0, 1, NO_BORDER)
         if table.panels:
             border = np.concatenate([table.border, -table.border[:1]])
             stretched = level.cut * float(np.hypot(*table.border.T).max())
@@ -100,12 +100,12 @@ class Lens:
             along = table.in_panels(per_um, steps)
             along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn on it is the conjugate
             polar = np.einsum("kcj,jnt->ntkc", weights, along.reshape(*along.shape[:2], -1))
-            return (_in_fours(polar), there), per, (table.first_rad, table.panels / math.pi, steps, border)
+            return (_plain(polar), there), per, (table.first_rad, table.panels / math.pi, steps, border)
         turn = -0.5 * math.pi
         steps = _followed(lambda count: table.along(few, count, turn), max(32, directions), self.allowed)
         polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, steps, turn))
         polar = np.concatenate([polar[:, -1:].conj(), polar, polar[:, :2].conj()], axis=1)
-        return (_in_fours(polar), there), per, (turn, 1.0 / math.pi, steps, NO_BORDER)
+        return (_plain(polar), there), per, (turn, 1.0 / math.pi, steps, NO_BORDER)
 
     def size(self, frequency: F64, light: F64) -> F64:
         """Return the largest transfer over all directions at frequencies (n,), cycles/pitch; light: (j,) weights."""
@@ -147,13 +147,10 @@ class Lens:
         return out
 
 
-def _in_fours(polar: F64 | C128) -> F64 | C128:
-    """Return a table whose last axis is a multiple of four numbers long, without imaginary parts if they are all 0."""
-    parts = polar if polar.imag.any() else polar.real
-    width = 2 if np.iscomplexobj(parts) else 4
-    out = np.zeros((*parts.shape[:-1], -(-parts.shape[-1] // width) * width), parts.dtype)
-    out[..., : parts.shape[-1]] = parts
-    return out
+def _plain(polar: F64 | C128) -> F64 | C128:
+    """Return a contiguous table, without imaginary parts if they are all 0."""
+    real: F64 = polar.real
+    return np.array(polar, complex, order="C") if polar.imag.any() else np.ascontiguousarray(real)
 
 
 def _followed(asked: Callable[[int], F64 | C128], fewest: int, allowed: float) -> int:
