@@ -153,10 +153,8 @@ def numbered(spectra: Sequence[Spectrum]) -> tuple[tuple[Spectrum, ...], I64]:
     ((0.5, 0.2), array([0, 1, 0]))
     """
     distinct: dict[Spectrum, int] = {}
-    known: dict[int, int] = {}  # curves are hashed by content: each object once
-    for spectrum in spectra:
-        if id(spectrum) not in known:
-            known[id(spectrum)] = distinct.setdefault(spectrum, len(distinct))
+    each = {id(spectrum): spectrum for spectrum in spectra}  # curves are hashed by content: each object once
+    known = {number: distinct.setdefault(spectrum, len(distinct)) for number, spectrum in each.items()}
     return tuple(distinct), np.array([known[id(spectrum)] for spectrum in spectra], np.int64)
 
 
