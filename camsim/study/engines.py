@@ -25,6 +25,10 @@ from camsim.study.manifest import Results
 class Task(Protocol):
     """Work for a second or more."""
 
+    @property
+    def photosites(self) -> int:
+        """Photosites of all its captures."""
+
     def carry_out(self) -> Results:
         """Run the task."""
 
@@ -40,6 +44,9 @@ ATTEMPTS = 3
 _AHEAD = 2
 """Queued tasks per worker: more would only take memory."""
 
+_SMALL = 5_000_000
+"""Photosites times cores up to which workers would take longer to start than the captures."""
+
 _LOOK_S = 0.5
 """Interval at which a worker checks that its parent process exists."""
 
@@ -47,7 +54,7 @@ _THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL
 
 
 def engine_of(workers: int | None, scheduler: str | None) -> Engine:
-    """Return the requested engine: a cluster, this process (0), or a number of processes."""
+    """Return the requested engine: a cluster, this process (0), a number of processes, or what suits the tasks."""
     check(workers, int | None, "workers")
     check(scheduler, str | None, "scheduler")
     if scheduler is not None:
@@ -58,12 +65,19 @@ def engine_of(workers: int | None, scheduler: str | None) -> Engine:
         return here
     if workers is not None and workers < 0:
         raise InvalidValueError(f"{workers}; give 0 (this process) or more", key="workers")
-    return processes(cores() if workers is None else workers)
+    return processes(workers) if workers is not None else by_size
 
 
 def here(tasks: Iterable[Task]) -> Iterator[Results]:
     """Carry tasks out in this process, one after another."""
     return map(_done, tasks)
+
+
+def by_size(tasks: Iterable[Task]) -> Iterator[Results]:
+    """Carry few small captures out in this process, and others on all cores."""
+    each, workers = [*tasks], cores()
+    small = workers * sum(task.photosites for task in each) <= _SMALL
+    return (here if small else processes(workers))(each)
 
 
 def _done(task: Task) -> Results:

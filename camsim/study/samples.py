@@ -70,6 +70,11 @@ class Cuts:
     folder: str
     software: str
 
+    @property
+    def photosites(self) -> int:
+        """Photosites of all its captures."""
+        return sum(one.capture.grid.rows * one.capture.grid.cols for one in self.sources)
+
     def carry_out(self) -> Results:
         """Write the samples of each capture into a file. Failures become rows with the reason."""
         refuse_other_software(self.software)

@@ -55,7 +55,8 @@ def sweep(
     """Take all captures of a study into a folder, with a manifest; those that are there already are not taken again.
 
     study     : a study file, or its keys as a mapping, whose lists may be arrays of numpy
-    workers   : processes of one core each; None: as many as there are cores; 0: this process, all cores to a capture
+    workers   : processes of one core each; None: as many as there are cores, or 0 for few small captures; 0: this
+                process, all cores to a capture
     scheduler : instead, the address of a dask scheduler whose workers see the same folder
     progress  : called with (stage, fraction done)
 

@@ -45,6 +45,11 @@ class Task:
     folder: str
     software: str
 
+    @property
+    def photosites(self) -> int:
+        """Photosites of all its captures."""
+        return sum(one.capture.grid.rows * one.capture.grid.cols for one in self.items)
+
     def carry_out(self) -> Results:
         """Take the captures. Failures become rows with the reason."""
         refuse_other_software(self.software)
