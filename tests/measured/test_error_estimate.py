@@ -308,7 +308,7 @@ CORRUPTIONS = {
         of_numbers(to_photosites=lambda m: np.ascontiguousarray(m[:, ::-1])),
         {"rows": 100, "cols": 100},
     ),
-    "moments σ²": (footprint.Footprint, "of", fields(sigma2=1.5), {"optics": WIDE}),
+    "moments σ²": (footprint.Footprint, "of", fields(sigma2=3.0), {"optics": WIDE}),
     "moments ⟨ζ²⟩": (
         footprint.Footprint,
         "of",

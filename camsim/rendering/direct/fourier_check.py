@@ -26,6 +26,7 @@ from camsim.scene import Scene
 OF_TOLERANCE = 0.1  # tolerance of the check over that of the image
 COARSER, LONGEST = (0.3, 1.0), 5.0  # alternatives, if that exceeds the memory limit or this many seconds
 FARTHER, FINER = 1.37, 1.13  # reach of the first level and number of wavelengths, over those of the image
+NEARER = 0.75  # the reach where spikes set it: farther windows take longer than the image
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
 MANY = 5_000  # edges above which the image's transforms are reused
 COUNT, FEWEST, OF_IMAGE = 8, 3, 0.07  # photosites; the fewest where separate windows exceed this share of the image's
@@ -74,13 +75,12 @@ class FourierCheck:
         fields = self.fields
         if fields is not None:
             fields = dataclasses.replace(fields, tolerance=max(share * fields.tolerance, FINEST))
-        if self._again or (
-            isinstance(lens, OfPupil)
-            and (
-                lens.pupil.shape != "circular" or lens.waves_across(float(self.job.signals.wavelength_nm.min())) > STEEP
-            )
-        ):
-            return Waves(farther=FARTHER, rougher=1.0 / share).plan(job, fields=fields)
+        shortest_nm = float(self.job.signals.wavelength_nm.min())
+        steep = isinstance(lens, OfPupil) and lens.waves_across(shortest_nm) > STEEP
+        sides = isinstance(lens, OfPupil) and lens.pupil.shape != "circular"
+        if self._again or steep or sides:
+            farther = NEARER if sides and not steep else FARTHER
+            return Waves(farther=farther, rougher=1.0 / share).plan(job, fields=fields)
         return Waves(farther=FARTHER, finer=FINER).plan(job, fields=fields)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
