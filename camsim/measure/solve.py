@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import scipy
 
@@ -18,7 +20,7 @@ def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, stray: F64 |
     tail   : whether the tail and the shading across the edge are fitted
     stray : penalties on the squares of the coefficients of light from other edges; None leaves them out
     """
-    matrix, right = spline.normal_equations(rows, v, model)
+    matrix, right = spline.normal_equations(rows, v, model._replace(tail=tail, stray=stray is not None))
     n = model.columns
     used = np.ones(n + EXTRAS, bool)
     used[n + TAIL] = tail
@@ -28,12 +30,22 @@ def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, stray: F64 |
     if stray is not None:
         matrix[range(n + STRAY, n + EXTRAS), range(n + STRAY, n + EXTRAS)] += stray
     chosen = np.flatnonzero(used)
-    part = matrix[np.ix_(chosen, chosen)]
+    square = np.ix_(chosen, chosen)
+    part = matrix[square]
     # Without photosites the curve continues smoothly: a tiny penalty on its third differences.
-    third = np.diff(np.eye(n), 3, axis=0)
-    part[:n, :n] += _RIDGE * v.size / n * (third.T @ third)
-    factor = scipy.linalg.cho_factor(part + 1e-14 * np.diag(np.diag(part)), lower=True)
+    part[:n, :n] += _RIDGE * v.size / n * _third_differences(n)
+    part[np.diag_indices_from(part)] *= 1.0 + 1e-14
+    factor, fault = scipy.linalg.lapack.dpotrf(part, lower=True)  # of cho_factor's time, half is its checks
+    if fault:
+        raise np.linalg.LinAlgError("an edge's model is singular")
     coefficients, inverse = np.zeros(n + EXTRAS), np.zeros((n + EXTRAS, n + EXTRAS))
-    coefficients[chosen] = scipy.linalg.cho_solve(factor, right[chosen])
-    inverse[np.ix_(chosen, chosen)] = scipy.linalg.cho_solve(factor, np.eye(chosen.size))
+    coefficients[chosen] = scipy.linalg.lapack.dpotrs(factor, right[chosen], lower=True)[0]
+    inverse[square] = scipy.linalg.lapack.dpotrs(factor, np.eye(chosen.size), lower=True)[0]
     return coefficients, inverse
+
+
+@functools.cache
+def _third_differences(columns: int) -> F64:
+    """Return the sum of squares of third differences as a matrix."""
+    third = np.diff(np.eye(columns), 3, axis=0)
+    return third.T @ third

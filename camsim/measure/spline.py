@@ -42,6 +42,7 @@ class Model(NamedTuple):
     half_width : D;  spacing: h;  columns: number of spline coefficients
     scale      : unit of length of ``across``, ``turn``, ``bend`` and ``stray``
     far        : B of the tail
+    tail       : whether the tail and the shading across the edge are fitted;  stray: whether light from other edges is
     """
 
     half_width: float
@@ -49,6 +50,8 @@ class Model(NamedTuple):
     columns: int
     scale: float
     far: float = FAR
+    tail: bool = True
+    stray: bool = True
 
     @classmethod
     def of(cls, *, half_width: float, spacing: float, scale: float) -> Model:
@@ -110,7 +113,7 @@ def _tail_spread(d: float, far: float) -> float:
 
 @kernel()
 def _row(d: float, s: float, slope: float, level: float, model: Model, index: np.ndarray, value: np.ndarray) -> int:
-    """Fill in the non-zero entries of one photosite's row; return how many."""
+    """Fill in the entries of one photosite's row that are not zero; return how many."""
     n = model.columns
     u = (d + model.half_width) / model.spacing
     count = 0
@@ -130,21 +133,21 @@ def _row(d: float, s: float, slope: float, level: float, model: Model, index: np
                 index[count], value[count] = column, b[k]
                 count += 1
     across, along = d / model.scale, s / model.scale
-    entries = (
-        _tail_spread(d, model.far),
-        level * across,
-        level * along,
-        -slope * along,
-        -slope * along * along,
-        across,
-        across * across,
-        along,
-        along * along,
-        across * along,
-    )
-    for k, entry in enumerate(entries):
-        index[count + k], value[count + k] = n + k, entry
-    return count + EXTRAS
+    if model.tail:
+        index[count], value[count] = n + TAIL, _tail_spread(d, model.far)
+        index[count + 1], value[count + 1] = n + ACROSS, level * across
+        count += 2
+    index[count], value[count] = n + ALONG, level * along
+    count += 1
+    if slope != 0.0:
+        index[count], value[count] = n + TURN, -slope * along
+        index[count + 1], value[count + 1] = n + BEND, -slope * along * along
+        count += 2
+    if model.stray:
+        for k, entry in enumerate((across, across * across, along, along * along, across * along)):
+            index[count + k], value[count + k] = n + STRAY + k, entry
+        count += len(STRAY_POWERS)
+    return count
 
 
 @kernel(allocates=True)
