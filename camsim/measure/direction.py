@@ -12,7 +12,7 @@ import scipy
 from camsim.core.arrays import F64
 from camsim.measure import spline
 from camsim.measure.geometry import EdgeLine
-from camsim.measure.solve import solve
+from camsim.measure.solve import fitted, solve
 from camsim.measure.spline import TURN, Model, Placed, Shape
 
 _FEW = 4000
@@ -127,6 +127,6 @@ class _Slope(NamedTuple):
 def _squares(near: Near, line: EdgeLine, model: Model, shape: Shape, turn_rad: float) -> float:
     """Return the sum of squares of a fit to a line turned by ``turn_rad``."""
     rows = shape.placed(*line.moved(0.0, math.tan(turn_rad), 0.0).across_and_along(near.x, near.y)).straight()
-    coefficients, _ = solve(rows, near.signal, model, tail=False)
-    r = spline.residuals(rows, near.signal, model, coefficients)
+    coefficients = fitted(rows, near.signal, model, tail=False)
+    r = spline.residuals(rows, near.signal, model._replace(tail=False, stray=False), coefficients)
     return float(np.einsum("i,i->", r, r))

@@ -17,7 +17,7 @@ from camsim.measure.locate import Guess
 from camsim.measure.picture import Channel, Samples
 from camsim.measure.sampling import refuse_gap
 from camsim.measure.shared import shared_scatter
-from camsim.measure.solve import solve
+from camsim.measure.solve import fitted, solve
 from camsim.measure.spline import (
     ACROSS,
     ALONG,
@@ -197,9 +197,9 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     near = np.abs(d) <= _NEARER * reach
     nearer = Model.of(half_width=min(half_width, 0.75 * _NEARER * reach), spacing=spacing, scale=model.scale)
     others = (
-        Other(coarser, solve(rows, v, coarser, stray=stray)[0]),
-        Other(model, solve(rows, v, model)[0]),
-        Other(nearer, solve(rows.only(near), v[near], nearer, stray=stray)[0], noise=_NEARER_NOISE),
+        Other(coarser, fitted(rows, v, coarser, stray=stray)),
+        Other(model, fitted(rows, v, model)),
+        Other(nearer, fitted(rows.only(near), v[near], nearer, stray=stray), noise=_NEARER_NOISE),
     )
     free = max(1, d.size - coefficients.size)
     variance = float(r @ r) / free
@@ -342,9 +342,9 @@ def _settle(
         # For unknown quantities, a step gives the level.
         level: F64 = dark + np.asarray(d > 0.0, np.float64)
         rows = Placed(d, s, flat, level) if shape is None else shape.placed(d, s)
-        straight, _ = solve(rows.straight(), vn, model, tail=False)
+        straight = fitted(rows.straight(), vn, model, tail=False)
         shape = Shape(model, straight, dark)
-        full, _ = solve(shape.placed(d, s), vn, model, tail=False)
+        full = fitted(shape.placed(d, s), vn, model, tail=False)
         n = model.columns
         turn, bend = full[n + TURN] / model.scale, full[n + BEND] / model.scale**2
         middle, rise = _middle_and_rise(straight, model)
@@ -367,7 +367,7 @@ def _scatter_near(x: F64, y: F64, v: F64, line: EdgeLine, half_width: float, spa
     near = np.abs(rows.d) <= 1.25 * half_width
     rows, v = rows.only(near), v[near]
     model = Model.of(half_width=half_width, spacing=spacing, scale=shape.model.scale)
-    coefficients, _ = solve(rows, v, model, tail=False)
+    coefficients = fitted(rows, v, model, tail=False)
     r = spline.residuals(rows, v, model, coefficients)
     return math.sqrt(float(r @ r) / max(1, v.size - model.columns))
 

@@ -109,9 +109,14 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     reach = fit.line.half_widths(roi)
     frequency = np.linspace(0.0, HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES)
     curve = functools.partial(_curve, fit, reach=None if tail else reach)
+
+    def alone(f: F64) -> F64:  # without its error
+        transform, zero = _transform(model, c, f, None if tail else reach)
+        return np.abs(transform) / zero
+
     mtf, error = curve(frequency)
     nyquist = channel.nyquist_cycles_per_pixel
-    limits = [limit(frequency, mtf, error, level, lambda f: curve(f)[0]) for level in (0.5, 0.3, 0.1)]
+    limits = [limit(frequency, mtf, error, level, alone) for level in (0.5, 0.3, 0.1)]
     of_nyquists, nyquist_errors = curve(np.array([nyquist, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL]))
     ends = spline.transform_rows(np.zeros(1), model, None)[0].real  # the step including tails
     step, step_error = float(ends @ c), math.sqrt(max(float(ends @ fit.covariance @ ends), 0.0))

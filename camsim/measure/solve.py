@@ -3,44 +3,69 @@
 from __future__ import annotations
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, I64
 from camsim.measure import spline
 from camsim.measure.spline import ACROSS, EXTRAS, STRAY, TAIL, TURN, Model, Placed
 
 _RIDGE = 1e-9
 
 
-def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, stray: F64 | None = None) -> tuple[F64, F64]:
-    """Return the coefficients and the inverse of the normal equations; for columns left out, both are zero.
+class _Factored(NamedTuple):
+    """The normal equations of the columns used: their Cholesky factor, and the right-hand side."""
+
+    chosen: I64
+    factor: F64
+    right: F64
+
+    @classmethod
+    def of(cls, rows: Placed, v: F64, model: Model, *, tail: bool, stray: F64 | None) -> _Factored:
+        matrix, right = spline.normal_equations(rows, v, model._replace(tail=tail, stray=stray is not None))
+        n = model.columns
+        used = np.ones(n + EXTRAS, bool)
+        used[n + TAIL] = tail
+        used[n + ACROSS] = tail
+        used[n + TURN : n + STRAY] = bool(np.any(rows.slope))
+        used[n + STRAY :] = stray is not None
+        if stray is not None:
+            matrix[range(n + STRAY, n + EXTRAS), range(n + STRAY, n + EXTRAS)] += stray
+        chosen = np.flatnonzero(used)
+        part = matrix[chosen][:, chosen]
+        # Without photosites the curve continues smoothly: a tiny penalty on its third differences.
+        part[:n, :n] += _RIDGE * v.size / n * _third_differences(n)
+        np.fill_diagonal(part, (1.0 + 1e-14) * np.diag(part))
+        factor, fault = scipy.linalg.lapack.dpotrf(part, lower=True)  # half of cho_factor's time goes to its checks
+        if fault:
+            raise np.linalg.LinAlgError("the normal equations of an edge's model are singular")
+        return cls(chosen, factor, right[chosen])
+
+    def solution(self, right: F64) -> F64:
+        solution: F64 = scipy.linalg.lapack.dpotrs(self.factor, right, lower=True)[0]
+        return solution
+
+
+def fitted(rows: Placed, v: F64, model: Model, *, tail: bool = True, stray: F64 | None = None) -> F64:
+    """Return the coefficients; those of columns left out are zero.
 
     tail   : whether the tail and the shading across the edge are fitted
     stray : penalties on the squares of the coefficients of light from other edges; None leaves them out
     """
-    matrix, right = spline.normal_equations(rows, v, model._replace(tail=tail, stray=stray is not None))
-    n = model.columns
-    used = np.ones(n + EXTRAS, bool)
-    used[n + TAIL] = tail
-    used[n + ACROSS] = tail
-    used[n + TURN : n + STRAY] = bool(np.any(rows.slope))
-    used[n + STRAY :] = stray is not None
-    if stray is not None:
-        matrix[range(n + STRAY, n + EXTRAS), range(n + STRAY, n + EXTRAS)] += stray
-    chosen = np.flatnonzero(used)
-    square = np.ix_(chosen, chosen)
-    part = matrix[square]
-    # Without photosites the curve continues smoothly: a tiny penalty on its third differences.
-    part[:n, :n] += _RIDGE * v.size / n * _third_differences(n)
-    part[np.diag_indices_from(part)] *= 1.0 + 1e-14
-    factor, fault = scipy.linalg.lapack.dpotrf(part, lower=True)  # of cho_factor's time, half is its checks
-    if fault:
-        raise np.linalg.LinAlgError("an edge's model is singular")
-    coefficients, inverse = np.zeros(n + EXTRAS), np.zeros((n + EXTRAS, n + EXTRAS))
-    coefficients[chosen] = scipy.linalg.lapack.dpotrs(factor, right[chosen], lower=True)[0]
-    inverse[square] = scipy.linalg.lapack.dpotrs(factor, np.eye(chosen.size), lower=True)[0]
+    found = _Factored.of(rows, v, model, tail=tail, stray=stray)
+    coefficients = np.zeros(model.columns + EXTRAS)
+    coefficients[found.chosen] = found.solution(found.right)
+    return coefficients
+
+
+def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, stray: F64 | None = None) -> tuple[F64, F64]:
+    """Return the coefficients, as ``fitted`` does, and the inverse of the normal equations, zero where they are."""
+    found, size = _Factored.of(rows, v, model, tail=tail, stray=stray), model.columns + EXTRAS
+    coefficients, inverse = np.zeros(size), np.zeros((size, size))
+    coefficients[found.chosen] = found.solution(found.right)
+    inverse[np.ix_(found.chosen, found.chosen)] = found.solution(np.eye(found.chosen.size))
     return coefficients, inverse
 
 
