@@ -100,7 +100,7 @@ def _make(kind: Any, parts: Mapping[str, Any], place: str, folder: Path | None) 
         return NO_LENS
     if kind == "GivenLight":
         return _given_light(parts, place, folder)
-    stage = _stages().get(kind) if isinstance(kind, str) else None
+    stage = _public(kind) if isinstance(kind, str) else None
     if stage is None:
         raise InputError(f"{ascii(kind)[:40]} is not a stage of this version of camsim", stage=place)
     kinds = _parameters(stage)
@@ -195,11 +195,10 @@ def _validated(stage: Any, parts: Mapping[str, Any], place: str) -> Any:
         raise InputError(error.message, key=error.key, stage=place) from None
 
 
-@functools.cache
-def _stages() -> Mapping[str, Any]:
-    """Return the public dataclasses by name."""
-    public = {name: getattr(camsim, name) for name in camsim.__all__ if name not in _RESULTS}
-    return {name: stage for name, stage in public.items() if dataclasses.is_dataclass(stage)}
+def _public(kind: str) -> Any:
+    """Return the public dataclass of a name, or None; only this one's module is imported."""
+    found = getattr(camsim, kind) if kind in camsim.__all__ and kind not in _RESULTS else None
+    return found if dataclasses.is_dataclass(found) else None
 
 
 @functools.cache

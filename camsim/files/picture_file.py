@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import copy
+import hashlib
 import os
+import weakref
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +15,9 @@ import numpy.typing as npt
 
 from camsim.core.arrays import F64
 from camsim.core.calls import in_words
-from camsim.core.typed import FilePath, NonNegative, Number, Place, Positive, Several, check
+from camsim.core.typed import FilePath, NonNegative, Number, Place, Positive, Several, check, validate
 from camsim.errors import CamsimError, InputError, InvalidValueError
+from camsim.files.envi_reader import SUFFIXES as ENVI_SUFFIXES
 from camsim.files.picture_samples import Read, read_samples
 from camsim.files.reading import opened
 from camsim.scene import Picture
@@ -21,6 +26,9 @@ from camsim.spectra.light import Light
 from camsim.spectra.rgb import Encoding, linear_colours
 
 TOLERANCE = 1e-4
+
+_ALIVE: weakref.WeakValueDictionary[str, Picture] = weakref.WeakValueDictionary()
+"""Pictures in use by their file's content and how it was read: captures of a study share the samples of theirs."""
 
 
 @in_words
@@ -85,16 +93,38 @@ def read_picture(
             "read": None if light is not None else how,
         }
         try:
-            read = read_samples(Path(path), file, size, layer)
             each_um = None if sample_um is None else check(sample_um, Positive, "sample_um")
-            placed["width_um"] = width_um if each_um is None else each_um * read.samples.shape[1]
-            if read.wavelength_nm is not None or bands is not None:
-                return _cube(read, bands, factor, light, allowed, placed)
-            return _colours(read, encoding, factor, placed)
+            kind, key = Path(path).suffix.lower(), ""
+            if light is None and kind not in ENVI_SUFFIXES:  # whose samples are in another file
+                key = f"{kind} {how} {hashlib.file_digest(file, 'sha256').hexdigest()}"
+                file.seek(0)
+            known = _ALIVE.get(key)
+            if known := _ALIVE.get(key):
+                placed["width_um"] = width_um if each_um is None else each_um * known.shape[1]
+                picture = _placed_again(known, placed)
+            else:
+                read = read_samples(Path(path), file, size, layer)
+                placed["width_um"] = width_um if each_um is None else each_um * read.samples.shape[1]
+                if read.wavelength_nm is not None or bands is not None:
+                    picture = _cube(read, bands, factor, light, allowed, placed)
+                else:
+                    picture = _colours(read, encoding, factor, placed)
+            if key:
+                _ALIVE[key] = picture
+            return picture
         except InputError:
             raise
         except CamsimError as error:
             raise InvalidValueError(str(error), stage=repr(str(path))) from None
+
+
+def _placed_again(picture: Picture, placed: Mapping[str, Any]) -> Picture:
+    """Return the same samples elsewhere, without checking and hashing them again."""
+    another = copy.copy(picture)
+    for name, value in placed.items():
+        object.__setattr__(another, name, value)
+    validate(another)
+    return another
 
 
 def _colours(read: Read, encoding: Encoding | float | None, scale: float, placed: dict[str, Any]) -> Picture:

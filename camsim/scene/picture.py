@@ -36,7 +36,7 @@ _Spectra: TypeAlias = Annotated[
 ]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True, eq=False)
 class Picture(Raster, Oblong):
     """A rectangle of samples in front of the camera, as it falls on the sensor.
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.core.cores import cores
 from camsim.core.custom import is_custom
+from camsim.core.kernels.threads import shared
 from camsim.sensor.custom import acted, drawn
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.crosstalk import Crosstalk
@@ -104,16 +104,10 @@ def _in_blocks(electrons: F64, acts: Sequence[Act], context: Context, threads: i
             part = acted(here, part, where)
         after[first : first + BLOCK_ROWS] = part
 
-    _each(work, -(-rows // BLOCK_ROWS), threads)
+    def several(first: int, end: int) -> None:
+        for block in range(first, end):
+            work(block)
+
+    # NumPy releases the GIL while drawing.
+    shared(-(-rows // BLOCK_ROWS), several, most=cores() if threads is None else threads)
     return after
-
-
-def _each(work: Callable[[int], None], count: int, threads: int | None) -> None:
-    """Run ``work`` for 0..count − 1 in threads; numpy releases the GIL while drawing."""
-    workers = min(count, cores() if threads is None else threads)
-    if workers <= 1:
-        for number in range(count):
-            work(number)
-        return
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(work, range(count)))
