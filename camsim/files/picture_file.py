@@ -7,8 +7,9 @@ import hashlib
 import os
 import weakref
 from collections.abc import Mapping
+from io import BufferedReader
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -96,7 +97,7 @@ def read_picture(
             each_um = None if sample_um is None else check(sample_um, Positive, "sample_um")
             kind, key = Path(path).suffix.lower(), ""
             if light is None and kind not in ENVI_SUFFIXES:  # whose samples are in another file
-                key = f"{kind} {how} {hashlib.file_digest(file, 'sha256').hexdigest()}"
+                key = f"{kind} {how} {hashlib.file_digest(cast(BufferedReader, file), 'sha256').hexdigest()}"
                 file.seek(0)
             known = _ALIVE.get(key)
             if known := _ALIVE.get(key):

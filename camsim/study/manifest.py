@@ -11,6 +11,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from camsim.errors import OutputError
 from camsim.files.atomic import reason, write_whole
 
@@ -109,13 +111,34 @@ def _column(values: list[Any]) -> list[Any]:
 
 
 def _parquet(columns: Mapping[str, list[Any]]) -> bytes:
-    import pyarrow  # imported here, as it takes half a second
+    import pyarrow  # imported here, as few commands need it
     from pyarrow import parquet
 
     sink = pyarrow.BufferOutputStream()
-    parquet.write_table(pyarrow.table(dict(columns)), sink)
+    arrays = [_arrow_array(values) for values in columns.values()]
+    parquet.write_table(pyarrow.Table.from_arrays(arrays, names=list(columns)), sink)
     content: bytes = sink.getvalue().to_pybytes()
     return content
+
+
+def _arrow_array(values: list[Any]) -> Any:
+    """Return a column for pyarrow from buffers: for a list it imports pandas, where that is installed."""
+    import pyarrow
+
+    there = np.array([value is not None for value in values], bool)
+    if not there.any():
+        return pyarrow.nulls(len(values))
+    kind = type(values[there.argmax()])
+    valid = None if there.all() else pyarrow.py_buffer(np.packbits(there, bitorder="little"))
+    if kind is str:
+        texts = [b"" if value is None else value.encode() for value in values]
+        ends = np.cumsum([0, *map(len, texts)], dtype=np.int32)
+        buffers, arrow = [ends, b"".join(texts)], pyarrow.string()
+    else:
+        numbers = np.array([kind() if value is None else value for value in values], kind)
+        arrow = {bool: pyarrow.bool_(), int: pyarrow.int64(), float: pyarrow.float64()}[kind]
+        buffers = [np.packbits(numbers, bitorder="little") if kind is bool else numbers]
+    return pyarrow.Array.from_buffers(arrow, len(values), [valid, *map(pyarrow.py_buffer, buffers)])
 
 
 def sha256_of(path: Path) -> str:
