@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import io
 import json
 import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,7 +17,7 @@ from camsim.camera.given_light import GivenLight
 from camsim.camera.shot import Shot
 from camsim.errors import ConfigError, Fault
 from camsim.files.describe import canonical, software
-from camsim.scene import Scene
+from camsim.scene import Picture, Scene
 from camsim.study.study import MOST_POINTS, Point, Study, V
 from camsim.study.values import is_drawn
 
@@ -55,7 +56,20 @@ def captures_of(study: Study[V], products: Sequence[Product], report: Progress) 
 
 def checksum(scene: Scene) -> bytes:
     """Return a checksum of a scene, reproducible between runs."""
-    return hashlib.sha256(pickle.dumps(scene)).digest()
+    content = io.BytesIO()
+    _Pickler(content).dump(scene)
+    return hashlib.sha256(content.getbuffer()).digest()
+
+
+class _Pickler(pickle.Pickler):
+    """Pickles a picture with the checksum of its samples in their place: they may be many megabytes."""
+
+    def reducer_override(self, value: Any) -> Any:
+        """Return what stands for a picture."""
+        if not isinstance(value, Picture):
+            return NotImplemented
+        inside = ("planes", "spectra")
+        return Picture, tuple(getattr(value, one.name) for one in dataclasses.fields(value) if one.name not in inside)
 
 
 def _says_its_seed(settings: Mapping[str, Any]) -> bool:
