@@ -41,12 +41,13 @@ LOOKED_AT = 48  # radial frequencies at which transfers are compared
 BANDS = 4, 8, 14, 21, 28, 36, 48  # ends of frequency bands among these, each with its number of mixtures
 POINTS, OF_RADII, FAR_POINTS = 320, 5, 96  # along a table's radius: at least; per radius of the rule; of coarse levels
 TABLE_DIRECTIONS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
-OF_RULE, OF_PLACES, OF_MIXTURES, OF_BAND, OF_DIRECTIONS = 1.0, 2.0, 2.0, 0.4, 0.6  # shares of the allowed error
+OF_RULE, OF_PLACES, OF_MIXTURES, OF_BAND, OF_DIRECTIONS = 1.0, 2.0, 1.0, 0.4, 0.6  # shares of the allowed error
 CUBIC = 0.0234  # error of cubic interpolation, over the fourth power of a harmonic's phase step
 ALIKE_UM = 1e-6  # image heights closer than this are equal
 NEAR_EVERY = 2  # largest spacing, photosites, of levels that are summed tile by tile
 MOST_CACHED, MOST_SHARED = 200, 8  # image heights whose transfers are cached, and parts of the frame
 SAME = 1e-9  # difference of waves, and of transfers, that is rounding
+FEW = 12  # transfers of channels and places
 GROWING = 2.5  # arcosh of the largest growth of a polynomial beyond its part of the frame
 AddsFar: TypeAlias = Callable[[F64, tuple[slice, slice]], None]
 Table: TypeAlias = tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]
@@ -233,7 +234,9 @@ class _Part:
         """Return the few mixtures that span the transfers of all places and channels."""
         flat = displayed.reshape(displayed.shape[0] * displayed.shape[1], *displayed.shape[2:])
         vectors, numbers = np.empty((len(flat), 0)), np.empty(len(BANDS), np.int64)
-        allowed = OF_MIXTURES * self.lens.allowed / math.sqrt(len(BANDS))
+        # Of many transfers many modes are left out, which are at their largest at different places.
+        many = min(max(1.0, math.sqrt(len(flat) / FEW)), 2.0)
+        allowed = OF_MIXTURES * many * self.lens.allowed / math.sqrt(len(BANDS))
         beyond = np.cumsum(np.einsum("pknd,nd->pknd", np.abs(flat), self._edge)[:, :, ::-1].max(axis=-1), axis=2)
         passing = LOOKED_AT - int(np.count_nonzero(beyond.sum(axis=1).max(axis=0) <= OF_BAND * self.lens.allowed))
         # High frequencies need the fewest mixtures: photosites pass little of them.
