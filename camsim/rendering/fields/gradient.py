@@ -17,14 +17,14 @@ import scipy
 
 from camsim.core.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.scene.gradients import Gradient
+from camsim.scene.gradients import Gradient, SineStar
 from camsim.scene.raster import Interpolation, Raster
 from camsim.spectra.curve import Spectrum
 
 MOST_SAMPLES = 64_000_000
 TAPS, BAND = 16, 0.25  # of the filter, and its highest frequency, cycles per sample; accurate to 2e-14
 MARGIN = 24  # samples beyond the rim: the influence of those farther out on splines is 0.27²⁴
-PER_PITCHES = 1, 2, 3, 4, 5, 16, 25  # samples in a whole number of pitches
+PER_PITCHES = 1, 2, 3, 4, 5, 10, 16, 25  # samples in a whole number of pitches
 FEWEST = 8  # smallest number of samples along a field's extent
 OF_SMALLEST = 48  # samples along the smallest length over which a field changes
 
@@ -47,13 +47,13 @@ class Sampled(Raster):
         return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(self.gradient).__name__).lower()
 
 
-def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: float) -> Sampled:
+def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: float, hidden: bool) -> Sampled:
     """Return a gradient's samples.
 
     cutoff_per_um : cut-off of the lens at its shortest wavelength;  allowed: error relative to black to white
-    pitch_um      : pitch of the photosites
+    pitch_um      : pitch of the photosites;  hidden: whether later shapes may cut it
     """
-    step_um = _step_um(gradient, cutoff_per_um, allowed)
+    step_um = _step_um(gradient, cutoff_per_um, allowed, hidden)
     # A simple fraction of a pitch, or whole pitches: transforms along rows are FFTs then.
     part = step_um / pitch_um
     parts = (math.floor(part * whole) / whole for whole in PER_PITCHES)
@@ -82,13 +82,17 @@ def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: 
     )
 
 
-def _step_um(gradient: Gradient, cutoff_per_um: float, allowed: float) -> float:
+def _step_um(gradient: Gradient, cutoff_per_um: float, allowed: float, hidden: bool) -> float:
     """Return the spacing of samples, µm."""
     f = gradient.cycles_per_um
     step = min(*(2.0 * half / FEWEST for half in gradient.half_um), gradient.smallest_um / OF_SMALLEST)
     if not f:
         return step
-    step = min(step, BAND / f, 0.95 / (cutoff_per_um + f))
+    step = min(step, BAND / f, 0.98 / (cutoff_per_um + f))
+    # Waves of a star run along its rim: where an axis is perpendicular to the rim a wave has no alias along that axis,
+    # and elsewhere the rim's line of an alias varies faster than the lens passes.
+    if isinstance(gradient, SineStar) and not hidden:
+        return step
     # Two aliases along either axis, of (f/(1/h − f))⁴ of the wave's amplitude, meet a rim. A wave of frequency k that
     # is cut leaves a line of light of 1/2πk, and the peak of a line's image is at most the cut-off.
     while 2.0 * (f * step / (1.0 - f * step)) ** 4 * cutoff_per_um / (2.0 * math.pi * (1.0 / step - f)) > allowed:

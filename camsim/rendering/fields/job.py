@@ -70,7 +70,8 @@ class FieldJob:
             outline = _seen(scene, number, system, grid, seen_nm, ErrorBudget(tolerance))
             if outline is not None and not len(outline[0]):
                 continue
-            raster = _raster(shape, system, seen_nm, ErrorBudget(tolerance), grid.pitch_um)
+            hidden = number + 1 < len(scene.shapes)
+            raster = _raster(shape, system, seen_nm, ErrorBudget(tolerance), grid.pitch_um, hidden)
             layer = Layer.of(raster, scene.background, grid.pitch_um, outline)
             layers.append(layer)
             spectra.extend(raster.spectra)
@@ -125,13 +126,15 @@ def _without_tails(wavelength_nm: F64, density: F64, allowed: float) -> tuple[F6
     return wavelength_nm[first:stop], retained
 
 
-def _raster(field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudget, pitch_um: float) -> Raster:
+def _raster(
+    field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudget, pitch_um: float, hidden: bool
+) -> Raster:
     """Return the samples of a field: those of a picture, or of a gradient as the lens and the tolerance require."""
     if isinstance(field, Raster):
         return field
     assert isinstance(field, Gradient)
     cutoff = system.highest_per_um(seen_nm)
-    return sampled(field, cutoff, OF_ALIASES * budget.tolerance, pitch_um)
+    return sampled(field, cutoff, OF_ALIASES * budget.tolerance, pitch_um, hidden)
 
 
 def _seen(

@@ -21,7 +21,7 @@ from camsim.rendering.fields.layer import Layer, basis, refined
 LONGEST_PATCH = 9.0  # radians: phase of half a patch at the highest frequency up to which samples are not refined
 LONGEST_SQUARE = 8.0  # pitches: larger squares would extend too far beyond a window's support
 THREE = 3  # samples that replace one in a refinement
-MOST_NODES = 64
+LEAST_NODES, MOST_NODES = 3, 64
 CLIPPED = 8  # samples retained beside the part of a picture that is needed
 
 
@@ -173,7 +173,7 @@ def _corrections(
     phase   : radians over half a patch at the highest frequency
     """
     pieces, orders = gauss_pieces(np.array([phase]), allowed, MOST_NODES)
-    x, w = _composite(int(pieces[0]), int(orders[0]) + 2)
+    x, w = _composite(int(pieces[0]), max(int(orders[0]) + 1, LEAST_NODES))
 
     # Subtract the uncut splines over the whole patch.
     patch = patches[among[0]]

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.arrays import C128, F64
+from camsim.core.arrays import F64, Complex
 from camsim.core.cached import cached_property
+from camsim.numerics.nonuniform import complex_type
 from camsim.optics.protocols import Varies
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import Splines, Support, splines_of
@@ -54,10 +55,10 @@ class BentSource(FieldSource):
         """Return the source itself: all of its samples are needed at all frequencies."""
         return self
 
-    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
+    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> Complex | None:
         """Return the transform of each mixture of planes; None: no light in the lattice's box."""
         columns, rows = lattice.counts
-        out = np.zeros((len(self.mixture), 2 * rows - 1, columns), complex)
+        out = np.zeros((len(self.mixture), 2 * rows - 1, columns), complex_type(self.precision))
         if isinstance(self.layer, PointLayer):
             return out if self._add_points(out, *self._points, lattice, origin) else None
         there = False
@@ -146,7 +147,7 @@ class BentSource(FieldSource):
         for one in np.unique(number).tolist():
             yield inside[number == one]
 
-    def _add_block(self, out: C128, block: np.ndarray, lattice: Lattice, origin: tuple[float, float]) -> bool:
+    def _add_block(self, out: Complex, block: np.ndarray, lattice: Lattice, origin: tuple[float, float]) -> bool:
         """Add samples, with their splines' transforms expanded to first order about the mean axes."""
         splines, (fallen, axes, light) = self._splines, self._bent
         places, light, mean = fallen[block], light[:, block], axes[block].mean(axis=0)

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.core.arrays import C128, F64, I64
+from camsim.core.arrays import C128, F64, I64, Complex
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.errors import UnsupportedError
-from camsim.numerics.nonuniform import modes, modes_of_lines
+from camsim.numerics.nonuniform import complex_type, modes, modes_of_lines
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
@@ -36,6 +36,9 @@ FAR_IN = 8  # samples: distance from a border beyond which no spline is affected
 THINNED = 2.5  # periods of the highest frequency: over half of the kernel by which a picture is thinned
 FINEST, MOST_THINNED = 0.5, 8e6  # least spacing of a thinned picture over the picture's, and most samples of it
 POINTS = -1  # degree of splines that are points
+# Corrections are light of a narrow strip. The error of a Gauss rule of n nodes, over its precision, is (f/cut)²ⁿ, and a
+# lens passes at most 1 − f/cut: 1/((n + ½)(n + 1)) of it remains.
+OF_STRIP, OF_RULE = 8.0, 40.0  # relative errors of the transforms of corrections, and of their rule, over the precision
 BORDER_NODES = 24  # quadrature nodes between two knots of a border spline, plus one per radian of phase
 
 
@@ -98,11 +101,11 @@ class FieldSource:
         """False: its transform needs the whole lattice."""
         return False
 
-    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
+    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> Complex | None:
         """Return the transform of each mixture of planes; None: no light in the lattice's box."""
         layer = self.layer
         columns, rows = lattice.counts
-        out = np.zeros((len(self.mixture), 2 * rows - 1, columns), complex)
+        out = np.zeros((len(self.mixture), 2 * rows - 1, columns), complex_type(self.precision))
         if isinstance(layer, PointLayer):
             return out if self._add_points(out, layer.at, self._mixed(layer.light), lattice, origin) else None
         assert isinstance(layer, Layer)
@@ -117,13 +120,13 @@ class FieldSource:
             there = self._upright(
                 out, splines.light, splines.first, splines.step, lattice, origin, layer.degree, whole=True
             )
-            there |= self._add_points(out, splines.points, splines.corrections, lattice, origin)
+            there |= self._add_corrections(out, lattice, origin)
             return out if there else None
         there = self._add_points(out, splines.places, splines.light, lattice, origin)
         if there:
             for along in _along(layer, lattice):
                 out *= splines.passes(along)
-        there |= self._add_points(out, splines.points, splines.corrections, lattice, origin)
+        there |= self._add_corrections(out, lattice, origin)
         return out if there else None
 
     def thinning(self, far: tuple[float, ...], support: Support) -> FieldSource:
@@ -137,7 +140,7 @@ class FieldSource:
             return plain
         return dataclasses.replace(self, support=support._replace(cut=0.0), far=far)
 
-    def _thinned(self, out: C128, layer: Layer, lattice: Lattice, origin: tuple[float, float]) -> bool:
+    def _thinned(self, out: Complex, layer: Layer, lattice: Lattice, origin: tuple[float, float]) -> bool:
         """Add the transform of a picture that nothing hides from fewer samples; return whether there are any."""
         thin = thinned(layer, tuple(cut for cut in self.far if cut >= lattice.cut * (1.0 - WHOLE)), self.precision)
         light, step = self._mixed(thin.light), thin.steps[-1]
@@ -168,15 +171,29 @@ class FieldSource:
     @cached_property
     def _splines(self) -> Splines:
         assert isinstance(self.layer, Layer)
-        found = splines_of(self.layer, cut=self.cut, allowed=self.precision, support=self.support)
+        found = splines_of(self.layer, cut=self.cut, allowed=OF_RULE * self.precision, support=self.support)
         light = self._mixed(found.light)
         if self.layer.upright:
             light = light / found.step**2
             light = light.transpose(0, 2, 1) if self._is_turned else light
         return found._replace(light=light, corrections=self._mixed(found.corrections))
 
-    def _add_points(self, out: C128, places: F64, light: F64, lattice: Lattice, origin: tuple[float, float]) -> bool:
+    def _add_corrections(self, out: Complex, lattice: Lattice, origin: tuple[float, float]) -> bool:
+        """Add the corrections at the outline; return whether there are any."""
+        splines, precision = self._splines, OF_STRIP * self.precision
+        return self._add_points(out, splines.points, splines.corrections, lattice, origin, precision)
+
+    def _add_points(
+        self,
+        out: Complex,
+        places: F64,
+        light: F64,
+        lattice: Lattice,
+        origin: tuple[float, float],
+        precision: float | None = None,
+    ) -> bool:
         """Add the point sources, light (kinds, n), that lie in the lattice's box; return whether there are any."""
+        precision = self.precision if precision is None else precision
         places, light = places.reshape(-1, 2), light.reshape(len(light), -1)
         at = places - np.array(origin)
         (x, y), low, high = at.T, lattice.low, lattice.high
@@ -189,7 +206,7 @@ class FieldSource:
         at_once = max(1, NODES_AT_ONCE // turn.size)
         for first in range(0, len(out), at_once):
             some = slice(first, first + at_once)
-            out[some] += modes(phases, turn * light[some], out.shape[1:], precision=self.precision, sign=-1)
+            out[some] += modes(phases, turn * light[some], out.shape[1:], precision=precision, sign=-1)
         return True
 
     @cached_property
@@ -204,7 +221,7 @@ class FieldSource:
 
     def _upright(
         self,
-        out: C128,
+        out: Complex,
         planes: F64,
         corner: F64,
         step: float,
@@ -325,7 +342,7 @@ class _Along(NamedTuple):
         return found
 
 
-def _add_both(out: C128, samples: F64, along_x: _Along, along_y: _Along) -> None:
+def _add_both(out: Complex, samples: F64, along_x: _Along, along_y: _Along) -> None:
     """Write the transform (m, n) of samples (rows, cols), by FFTs; the periods are whole numbers of samples."""
     rows = scipy.fft.rfft(samples, along_x.whole, axis=1)
     both = scipy.fft.fft(rows, along_y.whole, axis=0)

@@ -313,7 +313,7 @@ def slope(whole: Complex, middle: int, step_x: float, step_y: float, area: float
 
 @kernel()
 def repeat(
-    out: C128,
+    out: Complex,
     whole: C128,
     samples: int,
     which: tuple[I64, I64],

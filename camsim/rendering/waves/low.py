@@ -16,7 +16,7 @@ import scipy
 
 from camsim.core.arrays import C128, F64, Complex
 from camsim.core.cached import cached_property
-from camsim.numerics.nonuniform import modes_of_lines
+from camsim.numerics.nonuniform import complex_type, modes_of_lines
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.waves.image import Source
 from camsim.rendering.waves.levels import Lattice
@@ -70,7 +70,7 @@ class LowFrequencies:
         if samples is None:
             return None
         columns, rows = lattice.counts
-        out = np.empty((len(samples.light), 2 * rows - 1, columns), complex)
+        out = np.empty((len(samples.light), 2 * rows - 1, columns), complex_type(self.precision))
         place = [
             samples.first[axis] - origin[axis] + samples.step[axis] * np.arange(samples.light.shape[2 - axis])
             for axis in (0, 1)
