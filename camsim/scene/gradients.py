@@ -43,9 +43,8 @@ class Gradient(Field):
     def half_um(self) -> tuple[float, float]:
         """Half the extent of the field along its axes."""
 
-    @property
-    def cycles_per_um(self) -> float:
-        """The highest local frequency of the field; 0 for polynomials of degree 3 or less."""
+    def cycles_per_um(self, beyond_um: F64 | float = 0.0) -> F64 | float:
+        """Return the highest local frequency beyond distances from the centre; 0 for polynomials up to degree 3."""
         return 0.0
 
     @property
@@ -201,9 +200,8 @@ class SineGrating(Oblong, Gradient):
             high: NumberOrCurve = 1.0,
         ) -> None: ...
 
-    @property
-    def cycles_per_um(self) -> float:
-        """The frequency of its waves."""
+    def cycles_per_um(self, beyond_um: F64 | float = 0.0) -> F64 | float:
+        """Return the frequency of its waves."""
         return 1.0 / self.period_um
 
     def value(self, x_um: F64, y_um: F64) -> F64:
@@ -249,10 +247,9 @@ class SineStar(RoundGradient):
         validate(self)
         validate_radii(self, self.inner_radius_um, self.radius_um)
 
-    @property
-    def cycles_per_um(self) -> float:
-        """The frequency along the inner circle, the highest of the star."""
-        return self.cycles / (2.0 * math.pi * self.inner_radius_um)
+    def cycles_per_um(self, beyond_um: F64 | float = 0.0) -> F64 | float:
+        """Return the frequency along circles; it is highest along the inner one."""
+        return self.cycles / (2.0 * math.pi * np.maximum(beyond_um, self.inner_radius_um))
 
     @property
     def smallest_um(self) -> float:
@@ -306,9 +303,8 @@ class SineZonePlate(RoundGradient):
             high: NumberOrCurve = 1.0,
         ) -> None: ...
 
-    @property
-    def cycles_per_um(self) -> float:
-        """The frequency at its rim."""
+    def cycles_per_um(self, beyond_um: F64 | float = 0.0) -> F64 | float:
+        """Return the frequency at its rim."""
         return 1.0 / self.finest_period_um
 
     def value(self, x_um: F64, y_um: F64) -> F64:

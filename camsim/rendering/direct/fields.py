@@ -21,7 +21,7 @@ from camsim.core.arrays import F64, I64, picked
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.cut_cells import cell_states, cut_nodes
-from camsim.numerics.quadrature import GOLDEN, gauss_legendre, gauss_order
+from camsim.numerics.quadrature import GOLDEN, gauss_legendre, gauss_order, gauss_pieces
 from camsim.rendering.direct.painter import covered
 from camsim.rendering.direct.photosites import over_nodes, over_samples
 from camsim.rendering.direct.records import Nodes, Table
@@ -63,7 +63,7 @@ class Seen:
     values   : function of places (n, 2) in cells that returns (planes, n)
     coefficients : (planes, rows, cols) of a picture's splines: cell (r, c) uses those from (r, c) on
     degree   : degree of these splines
-    cycles   : largest number of a gradient's cycles per cell
+    cycles   : largest number of a gradient's cycles per cell, for each cell (rows, cols)
     """
 
     shape: tuple[int, int]
@@ -73,7 +73,7 @@ class Seen:
     values: Callable[[F64], F64]
     coefficients: F64 | None = None
     degree: int = 0
-    cycles: float = 0.0
+    cycles: F64 | float = 0.0
 
     @property
     def step(self) -> float:
@@ -218,8 +218,7 @@ class Fields:
         outline = self._outline(number)
         axes, middle = turned(np.eye(2), shape.rotate_deg), np.array(shape.centre_um) / self.pitch_um
         if isinstance(shape, Gradient):
-            cycles = shape.cycles_per_um * self.pitch_um
-            side = min(CELL / self.highest, 1.0 / cycles if cycles else math.inf)
+            side = 1.0 / max(self.highest / CELL, float(shape.cycles_per_um()) * self.pitch_um)
             cols, rows = (2 * math.ceil(half / self.pitch_um / side) for half in shape.half_um)
         else:
             side, (rows, cols) = shape.step_um / self.pitch_um, shape.shape
@@ -237,7 +236,9 @@ class Fields:
                 x, y = (places - 0.5 * np.array([cols, rows])).T * (side * self.pitch_um)
                 return shape.planes_at(x, y)
 
-            return place(values=of_gradient, cycles=cycles * side)
+            across, down = (np.abs(np.arange(count) + 0.5 - 0.5 * count) for count in (cols, rows))
+            nearest_um = np.maximum(np.hypot(across, down[:, None]) - 0.75, 0.0) * (side * self.pitch_um)
+            return place(values=of_gradient, cycles=shape.cycles_per_um(nearest_um) * (side * self.pitch_um))
         degree = DEGREES[shape.interpolation]
         coefficients = _coefficients(np.array(shape.planes, np.float64), degree)
         values = functools.partial(_splines, coefficients, degree)
@@ -267,12 +268,8 @@ class Fields:
             cells = float(seen.states[0].size)
             near = min(cells, math.pi * (until / seen.step + 1.0) ** 2)
             each = (NODES_A_WAVE * self.highest * seen.step + FAR_NODES) ** 2
-            coarse = (FAR_NODES + 1.0) ** 2
-            total += (
-                coarse * cells + near * each
-                if seen.coefficients is None
-                else cells + near * each * 4.0 / math.sqrt(cells)
-            )
+            far, part = (FAR_NODES**2, 1.0) if seen.coefficients is None else (1.0, 4.0 / math.sqrt(cells))
+            total += far * cells + part * near * each
         return total
 
     def places(self, grid: Grid, count: int) -> F64:
@@ -324,19 +321,24 @@ class Fields:
         near = np.zeros(len(cells), bool)
         for point in points:
             near |= np.hypot(*(centres - point).T) < reach
-        phase = math.pi * (self.highest * seen.step + seen.cycles)
-        fine = seen.nodes(cells[near], gauss_order(phase, max(self.allowed, 1e-12), most=MOST_NODES) + seen.degree // 2)
+        turns = np.broadcast_to(seen.cycles, seen.shape)[cells[:, 0], cells[:, 1]]
+        phase = math.pi * (self.highest * seen.step + float(turns.max()))
+        fine = gauss_order(phase, max(self.allowed, 1e-12), most=MOST_NODES) + seen.degree // 2
         # The coarse cells send at most the light beyond the table's end.
         far = np.einsum("pcq,q->pc", np.abs(behind.weights), np.abs(behind.table.powers[0, :, 0]))
         beyond = max(2.0 * math.pi * float(far.max()) / behind.table.until, self.allowed)
-        share, least = max(self.allowed / beyond, 1e-12), FAR_NODES if seen.coefficients is None else 2
+        share, least = max(self.allowed / beyond, 1e-12), 2
         while least < FAR_NODES and OF_TAIL * (0.25 * seen.step / reach) ** (2 * least - seen.degree) > share:
             least += 1
-        coarse = seen.nodes(cells, gauss_order(math.pi * seen.cycles, share, least=least))
-        begins = np.zeros((len(cells), 2, 2), np.int64)
-        begins[near, 0] = np.stack([fine[0][:-1], fine[0][1:]], axis=1)
-        begins[:, 1] = len(fine[1]) + np.stack([coarse[0][:-1], coarse[0][1:]], axis=1)
-        nodes = Nodes(begins, np.concatenate([fine[1], coarse[1]]), np.concatenate([fine[2], coarse[2]]))
+        coarse = np.maximum(gauss_pieces(math.pi * turns, share, MOST_NODES)[1], least)
+        orders = [(1, order, coarse == order) for order in np.unique(coarse).tolist()]
+        begins, first, found = np.zeros((len(cells), 2, 2), np.int64), 0, []
+        for which, order, some in [(0, fine, near), *orders]:
+            begin, at, light = seen.nodes(cells[some], order)
+            begins[some, which] = first + np.stack([begin[:-1], begin[1:]], axis=1)
+            first += len(at)
+            found.append((at, light))
+        nodes = Nodes(begins, *(np.concatenate(part) for part in zip(*found, strict=True)))
         shared(len(points), functools.partial(over_nodes, points, centres, reach, nodes, *behind, out))
 
 

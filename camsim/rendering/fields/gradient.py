@@ -58,7 +58,7 @@ def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: 
     part = step_um / pitch_um
     parts = (math.floor(part * whole) / whole for whole in PER_PITCHES)
     step_um = pitch_um * (max(parts) or 1.0 / math.ceil(1.0 / part) if part < 1.0 else math.floor(part))
-    more = MARGIN + TAPS if gradient.cycles_per_um else MARGIN
+    more = MARGIN + TAPS if gradient.cycles_per_um() else MARGIN
     counts = [2 * (math.ceil(half / step_um) + more) for half in gradient.half_um]
     if counts[0] * counts[1] > MOST_SAMPLES:
         raise InvalidValueError(
@@ -68,7 +68,7 @@ def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: 
         )
     x, y = (step_um * (np.arange(count) - 0.5 * (count - 1)).astype(np.float64) for count in counts)
     planes = gradient.planes_at(x[None, :], y[:, None])
-    if gradient.cycles_per_um:
+    if gradient.cycles_per_um():
         taps = _filter()
         for axis in (1, 2):
             planes = scipy.ndimage.correlate1d(planes, taps, axis=axis, mode="nearest")
@@ -84,7 +84,7 @@ def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: 
 
 def _step_um(gradient: Gradient, cutoff_per_um: float, allowed: float, hidden: bool) -> float:
     """Return the spacing of samples, µm."""
-    f = gradient.cycles_per_um
+    f = float(gradient.cycles_per_um())
     step = min(*(2.0 * half / FEWEST for half in gradient.half_um), gradient.smallest_um / OF_SMALLEST)
     if not f:
         return step
