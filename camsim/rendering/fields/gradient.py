@@ -26,6 +26,9 @@ TAPS, BAND = 16, 0.25  # of the filter, and its highest frequency, cycles per sa
 MARGIN = 24  # samples beyond the rim: the influence of those farther out on splines is 0.27²⁴
 PER_PITCHES = 1, 2, 3, 4, 5, 10, 16, 25  # samples in a whole number of pitches
 FEWEST = 8  # smallest number of samples along a field's extent
+# A star's waves run along its rim: where an axis is perpendicular to the rim they have no aliases along that axis, and
+# elsewhere the line of light varies nearly as fast as the lens can pass. At most a hundredth of the bound remains.
+ALONG_RIM = 10.0  # factor of the error that the bound allows then
 OF_SMALLEST = 48  # samples along the smallest length over which a field changes
 
 
@@ -89,12 +92,9 @@ def _step_um(gradient: Gradient, cutoff_per_um: float, allowed: float, hidden: b
     if not f:
         return step
     step = min(step, BAND / f, 0.98 / (cutoff_per_um + f))
-    # Waves of a star run along its rim: where an axis is perpendicular to the rim a wave has no alias along that axis,
-    # and elsewhere the rim's line of an alias varies faster than the lens passes.
-    if isinstance(gradient, SineStar) and not hidden:
-        return step
     # Two aliases along either axis, of (f/(1/h − f))⁴ of the wave's amplitude, meet a rim. A wave of frequency k that
     # is cut leaves a line of light of 1/2πk, and the peak of a line's image is at most the cut-off.
+    allowed *= ALONG_RIM if isinstance(gradient, SineStar) and not hidden else 1.0
     while 2.0 * (f * step / (1.0 - f * step)) ** 4 * cutoff_per_um / (2.0 * math.pi * (1.0 / step - f)) > allowed:
         step *= 0.9
     return step
