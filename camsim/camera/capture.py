@@ -280,6 +280,7 @@ class Capture(Recording):
             tolerance=self.tolerance, method=self.method, strict=self.strict,
         )  # fmt: skip
 
+    @cached_property
     def _steps_e(self) -> tuple[float, ...]:
         return self.camera.steps_e(self.light, self.time_s, self.tolerance)
 

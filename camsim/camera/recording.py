@@ -140,6 +140,7 @@ class Recording(Caching):
         described: dict[str, Any] = describe(parts | ({CUSTOM_STAGES: one} if one else {}))
         return described
 
+    @cached_property
     def _steps_e(self) -> tuple[float, ...]:
         """Return ``Frame.steps_e``: empty, as given light is exact."""
         return ()
@@ -169,7 +170,7 @@ class Recording(Caching):
             datetime=exposure.datetime,
             seed=self.seed,
             frame_number=frame_number,
-            steps_e=self._steps_e(),
+            steps_e=self._steps_e,
             colour=camera.colour_response(self.light, self.colour_matrix),
             description=self.description(frame_number),
         )

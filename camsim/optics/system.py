@@ -150,7 +150,8 @@ class OpticalSystem:
 
     def highest_per_um(self, wavelength_nm: F64) -> float:
         """The frequency beyond which nothing passes the lens at any of these wavelengths, cycles/µm."""
-        return max(self.cutoff_per_um(nm) for nm in wavelength_nm.tolist())
+        cutoff_per_um = self.lens.cutoff_per_um if isinstance(self.lens, KnowsCutoff) else self.cutoff_per_um
+        return max(float(cutoff_per_um(nm)) for nm in wavelength_nm.tolist())
 
     def blurs_um(self, wavelength_nm: F64) -> F64:
         """Scale of the lens's PSF (n,) at wavelengths (n,), µm."""
