@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from camsim.core.arrays import C128, F64, Complex
+from camsim.core.arrays import C128, F64, Complex, Floats
 from camsim.numerics.matrix_products import product
 
 # Upsampling factors by precision; finufft's default is 2. Along closed curves, 20² … 800² modes, errors are at most 3
@@ -33,7 +33,7 @@ def complex_type(precision: float, single: float = SINGLE_SUMS) -> type[np.compl
 
 
 def modes(
-    phases: tuple[F64, F64],
+    phases: tuple[Floats, Floats],
     strengths: Complex,
     shape: tuple[int, int],
     *,
@@ -59,7 +59,7 @@ def modes(
         return sums.reshape(len(strengths), *shape)
     if precision >= SINGLE:
         # Products in double precision: those in single differ between processors, and sums of them by 1e-6.
-        phases = phases[0].astype(np.float32), phases[1].astype(np.float32)
+        phases = phases[0].astype(np.float32, copy=False), phases[1].astype(np.float32, copy=False)
     strengths = np.ascontiguousarray(strengths, complex_type(precision, SINGLE))
     # For many points, a larger grid is better, since each point spreads over fewer cells.
     larger = finer(precision) if precision >= COARSE or strengths.shape[1] < shape[0] * shape[1] else 2.0

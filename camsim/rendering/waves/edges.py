@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.arrays import C128, F64, I64, Complex
+from camsim.core.arrays import C128, F64, I64, Complex, Floats
 from camsim.core.cached import cached_property
 from camsim.core.kernels import kernel, shared
 from camsim.numerics.nonuniform import SINGLE, complex_type, modes
@@ -71,17 +71,20 @@ class EdgeSource:
         areas = np.array([0.5 * float(np.sum(twice * one)) for one in jump.T])
         if len(start) <= FEW_EDGES:
             return _in_closed_form(start, end, jump, areas, lattice, complex_type(self.precision))
-        places, which, along = _nodes(start, end, lattice, 0.5 * self.precision)
+        kind = complex_type(self.precision, SINGLE)
+        places, which, along = _nodes(start, end, lattice, 0.5 * self.precision, kind)
         rows = lattice.rows
         out = np.empty((self.kinds, len(rows), lattice.counts[0]), complex_type(self.precision))
         if middle := rows.start + len(rows) // 2:
-            along *= np.exp(-1j * middle * places[0])
+            along *= np.exp(-1j * middle * places[0].astype(np.float64))
         step_x, step_y = (1.0 / period for period in lattice.periods)
         at_once, jump = max(1, NODES_AT_ONCE // along.size), np.ascontiguousarray(jump.T)
         for first in range(0, self.kinds, at_once):
             some = jump[first : first + at_once]
-            strengths = np.empty((len(some), along.size), complex_type(self.precision, SINGLE))
+            strengths = np.empty((len(some), along.size), kind)
             shared(along.size, functools.partial(_strong, along, some, which, strengths), least=EDGES_AT_ONCE)
+            if first + at_once >= self.kinds:
+                del along, which  # the transform needs the memory
             out[first : first + at_once] = modes(places, strengths, out.shape[1:], precision=self.precision, sign=-1)
         for whole, area in zip(out, areas.tolist(), strict=True):
             shared(
@@ -133,7 +136,9 @@ def _turn(
         turn[n] = complex(math.cos(middle * across[n]), -math.sin(middle * across[n]))
 
 
-def _nodes(start: F64, end: F64, lattice: Lattice, allowed: float) -> tuple[tuple[F64, F64], I64, C128]:
+def _nodes(
+    start: F64, end: F64, lattice: Lattice, allowed: float, kind: type[np.complexfloating]
+) -> tuple[tuple[Floats, Floats], I64, C128]:
     """Return the phases of nodes, their edges, and weights times ey + i·ex, shifted to the half plane."""
     length = np.hypot(*(end - start).T)
     pieces, orders = gauss_pieces(np.pi * lattice.cut * length, allowed, MOST_NODES)
@@ -141,7 +146,7 @@ def _nodes(start: F64, end: F64, lattice: Lattice, allowed: float) -> tuple[tupl
     counts = tuple(np.flatnonzero(np.bincount(orders)).tolist())
     rules = gauss_rules(counts)
     rule = np.searchsorted(rules[2], orders)
-    down, across = np.empty(first[-1]), np.empty(first[-1])
+    down, across = np.empty((2, first[-1]), kind(0).real.dtype)
     owner, strengths = np.empty(first[-1], np.int64), np.empty(first[-1], complex)
     middle, nodes = lattice.counts[0] // 2, (down, across, owner, strengths)
 
@@ -166,7 +171,7 @@ def _lay(
     rules: tuple[F64, F64, I64, I64],
     periods: tuple[int, int],
     middle: int,
-    nodes: tuple[F64, F64, I64, C128],
+    nodes: tuple[Floats, Floats, I64, C128],
     begin: int,
     stop: int,
 ) -> None:
