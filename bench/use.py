@@ -1,10 +1,11 @@
 """What people take: CPU seconds and memory of the captures and whole commands of ``bench/use.yaml``.
 
-    python -m bench.use [NAME…] [-o FILE] [--against FILE] [--page]
+    python -m bench.use [NAME…] [-o FILE] [--against FILE] [--page] [--random N]
 
 A capture has a process of its own, and is made twice, the second time with another f-number, so that nothing kept from
 the first helps: its seconds are the second's, or the first's beyond 30. ``-o`` adds JSON lines to a file, ``--against``
 compares with one; ratios count between runs on one machine, idle. ``--page`` puts the table into docs/accuracy.md.
+``--random`` checks so many random photosites of a capture instead of the hardest ones.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
+import math
 import multiprocessing
 import os
 import resource
@@ -20,6 +22,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -30,9 +33,15 @@ from PIL import Image
 
 import camsim
 from bench.paper.pages import filled, markdown
+from camsim.core.arrays import I64
+from camsim.rendering.direct.direct_check import DirectCheck
+from camsim.rendering.direct.fourier_check import FourierCheck
+from camsim.rendering.engine import Plan
+from camsim.rendering.varying import FieldCheck
 
 TAKEN = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))
 CAPTURES, COMMANDS = TAKEN["captures"], TAKEN["commands"]
+CHECKS = DirectCheck, FourierCheck, FieldCheck
 PAGE = Path(__file__).parents[1] / "docs" / "accuracy.md"
 LONG_S = 30.0
 SHORT_S = 0.6  # what is quicker has no line on the page
@@ -66,8 +75,23 @@ def files(folder: Path) -> None:
         (folder / name).write_text(json.dumps(content), encoding="utf-8")
 
 
-def captured(name: str, folder: Path) -> dict[str, Any]:
-    """Take a capture twice; run in a process of its own."""
+def at_random(count: int) -> Callable[..., tuple[I64, I64]]:
+    """Return the choice of photosites to check that takes random ones."""
+
+    def hardest(_: Any, plan: Plan) -> tuple[I64, I64]:
+        shape = plan.job.grid.rows, plan.job.grid.cols
+        places = np.random.default_rng(count).choice(math.prod(shape), min(count, math.prod(shape)), replace=False)
+        rows, cols = np.unravel_index(places, shape)
+        return rows, cols
+
+    return hardest
+
+
+def captured(name: str, folder: Path, random: int = 0) -> dict[str, Any]:
+    """Take a capture twice, in a process of its own; ``random``: once, with so many random photosites checked."""
+    if random:
+        for kind in CHECKS:
+            kind.hardest = at_random(random)  # type: ignore[method-assign]
     _, scene, keys = CAPTURES[name]
     capture = camsim.load(folder / scene if scene in TAKEN["files"] else scene, overrides=overrides(keys))
     products = ("mosaic", "truth") if capture.grid.rows * capture.grid.cols <= TRUTH else ("mosaic",)
@@ -80,7 +104,7 @@ def captured(name: str, folder: Path) -> dict[str, Any]:
             found["of_tolerance"] = (report.error_estimate or 0.0) / capture.tolerance
             found["method"] = report.method
             found["forecast_s"] = capture.plan().cost.seconds
-        if found["wall_s"] > LONG_S:
+        if found["wall_s"] > LONG_S or random:
             break
         lens = dataclasses.replace(capture.camera.lens, f_number=1.003 * capture.camera.lens.f_number)
         capture = dataclasses.replace(capture, camera=capture.camera.replace(lens=lens))
@@ -104,13 +128,13 @@ def commanded(name: str, folder: Path) -> dict[str, Any]:
     return {"wall_s": time.perf_counter() - began, "cpu_s": cpu}
 
 
-def measured(name: str, folder: Path) -> dict[str, Any]:
+def measured(name: str, folder: Path, random: int = 0) -> dict[str, Any]:
     """Return what a capture or a command took, or why it failed."""
     try:
         if name in COMMANDS:
             return commanded(name, folder)
         with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as alone:
-            return alone.submit(captured, name, folder).result()
+            return alone.submit(captured, name, folder, random).result()
     except Exception as error:  # a case that fails is a line of the table too
         return {"failed": str(error).splitlines()[0][:300]}
 
@@ -151,6 +175,7 @@ def main() -> None:
     parser.add_argument("-o", type=Path, metavar="FILE")
     parser.add_argument("--against", type=Path, metavar="FILE")
     parser.add_argument("--page", action="store_true")
+    parser.add_argument("--random", type=int, default=0, metavar="N")
     given = parser.parse_args()
     if unknown := {*given.names} - {*CAPTURES, *COMMANDS}:
         parser.error(f"{', '.join(sorted(unknown))}: known are {', '.join([*CAPTURES, *COMMANDS])}")
@@ -160,7 +185,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         files(Path(folder))
         for name in given.names or [*CAPTURES, *COMMANDS]:
-            lines.append({"name": name} | measured(name, Path(folder)))
+            lines.append({"name": name} | measured(name, Path(folder), given.random))
             print(stated(lines[-1], before.get(name, {})), flush=True)
             if given.o:
                 with given.o.open("a", encoding="utf-8") as out:
