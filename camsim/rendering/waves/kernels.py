@@ -218,20 +218,23 @@ def between(coarse: F64, down: bool, first: I64, taps: F64, out: F64, begin: int
                     here[col] = total
 
 
-@kernel()
+@kernel(allocates=True)
 def mix(image: F64, one: Floats, down: F64, across: F64, begin: int, stop: int) -> None:
     """Add (Σ_a down[a]·across[a])·one to rows begin … stop of an image (channels, rows, cols).
 
     one : (rows, cols);  down: (rows, channels, a) and across: (a, cols) factors of a mixture's weight
     """
     count, cols = across.shape
+    parts = np.empty((count, cols))
     for row in range(begin, stop):
-        for c in range(len(image)):
+        for a in range(count):
             for i in range(cols):
-                weight = 0.0
-                for a in range(count):
-                    weight += down[row, c, a] * across[a, i]
-                image[c, row, i] += weight * one[row, i]
+                parts[a, i] = across[a, i] * one[row, i]
+        for c in range(len(image)):
+            for a in range(count):
+                weight = down[row, c, a]
+                for i in range(cols):
+                    image[c, row, i] += weight * parts[a, i]
 
 
 @kernel()
