@@ -68,6 +68,8 @@ def test_brute_force(seed, interpolation):
         (24, 32, 0.7, 0.0, "squares"),
         (3, 4, 20.0, 61.0, "linear"),
         (2, 5, 20.0, 0.0, "cubic"),
+        (2, 1, 4.5, 0.0, "cubic"),
+        (1, 2, 4.5, 17.0, "cubic"),
     ],
 )
 def test_brute_force_of_many_samples_and_of_large_ones(rows, cols, scale, angle, interpolation):

@@ -383,12 +383,14 @@ def _seen(i: int, count: int, degree: int, frequency: F64) -> C128:
     # Splines are polynomials between knots, which lie halfway between integers.
     knots = np.unique(np.concatenate([[low, high], np.arange(math.ceil(low - 0.5), high) + 0.5]))
     knots = knots[(knots >= low) & (knots <= high)]
+    # A picture of one sample is its own neighbour's neighbour: it is mirrored twice.
+    copies = [at + 2 * count * k for k in (-1, 0, 1) for at in (i, -1 - i)]
     nodes = BORDER_NODES + math.ceil(2.0 * math.pi * float(np.abs(frequency).max(initial=0.0)))
     x, w = gauss_legendre(nodes)
     total = np.zeros(frequency.size, complex)
     for a, b in pairwise(knots.tolist()):
         u = a + 0.5 * (b - a) * (1.0 + x)
-        value = sum(_spline(u - 0.5 - at, degree) for at in (i, -1 - i, 2 * count - 1 - i))
+        value = sum(_spline(u - 0.5 - at, degree) for at in copies)
         total += np.exp(-2j * np.pi * np.outer(frequency, u - i - 0.5)) @ (0.5 * (b - a) * w * value)
     return total
 
