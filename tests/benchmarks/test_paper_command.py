@@ -13,7 +13,8 @@ from bench.results import Results, read_results
 from tests.pages import assert_numbers_are_from
 
 ROOT = Path(__file__).parents[2]
-SMALL = ("--quick", "--psf", "gaussian-0.40", "--method", "strips", "--method", "boundary")
+STRIPS = ("--quick", "--psf", "gaussian-0.40", "--method", "strips")
+SMALL = (*STRIPS, "--method", "boundary")
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +66,7 @@ def test_every_number_of_the_page_is_in_the_lines_and_the_figures_are_drawn(smal
 
 def test_ctrl_c_keeps_what_was_measured(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["bench.paper", *SMALL, "-o", "out"])
+    monkeypatch.setattr(sys, "argv", ["bench.paper", *STRIPS, "-o", "out"])
     add = Results.add
 
     def interrupted(results, kind, **values):

@@ -122,7 +122,7 @@ def counted(name, inner_mm, outer_mm):
     draws = np.random.default_rng(5)
     [in_stop] = truth.trace(rows, stop, 0.0, np.array([radius]), np.zeros(1), 0.55)[3][0]
     light = 0.0
-    angles = np.linspace(max(0.0, inner_mm / 50.0 - 0.02), outer_mm / 49.0 + 0.02, 200)
+    angles = np.linspace(max(0.0, inner_mm / 50.0 - 0.02), outer_mm / 49.0 + 0.02, 100)
     for angle in angles:
         entry, _ = truth.chief_mm(rows, stop, angle, 0.55)
         x, y = entry + 9.0 * (2.0 * draws.random(4000) - 1.0), 9.0 * (2.0 * draws.random(4000) - 1.0)

@@ -25,7 +25,7 @@ def photographed(*, bright: bool = False, noise: float = 0.004, seed: int = 2) -
         dx, dy = (x - COLS / 2) / larger, (y - ROWS / 2) / larger
         # The undistorted place of each photosite: the law solved by iteration.
         ux, uy = dx.copy(), dy.copy()
-        for _ in range(50):
+        for _ in range(20):
             r2 = (ux**2 + uy**2) / HALF**2
             bend = 1.0 + K1 * r2 + K2 * r2**2
             ux, uy = dx / bend, dy / bend
