@@ -196,10 +196,11 @@ def test_an_optical_image_is_for_captures_that_share_it() -> None:
 
 
 def test_truth_in_single_precision_says_what_it_rounds() -> None:
-    """A star of 3e3 electrons before a diffuser of one: what is stored is 3e-4 of the diffuser off, not 1e-4."""
+    """A star of 1e4 electrons before a diffuser of one: what is stored is 3e-4 of the diffuser off, not 1e-4."""
     dim = ["region={rows: 6, cols: 5}", "light.illuminance_lux=1", "exposure.time_s=0.001"]
+    dim.append("lens={kind: gaussian, f_number: 4, sigma_um: 2}")
     capture = camsim.load("flat-field", sensor="d40-like", overrides=[*dim, "noise.enabled=false"])
-    star = camsim.Scene(background=0.0, shapes=[camsim.PointSource(electrons=3e3)])
+    star = camsim.Scene(background=0.0, shapes=[camsim.PointSource(electrons=1e4)])
     capture = dataclasses.replace(capture, scene=star, tolerance=1e-4)
     notes = capture.frame(products=("truth",)).report.notes
     assert "truth-rounded" in [note.code for note in notes]

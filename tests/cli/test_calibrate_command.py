@@ -45,11 +45,11 @@ def test_a_profile_from_a_folder_of_raw_files(folder: Path, taken: Any) -> None:
     assert "pitch_um: 4.88}    # rows, cols: files; pitch: the files" in text
     assert "# full_well_e: not determined: " in text
     assert taken("validate", "mine.yaml").returncode == 0
-    assert taken("calibrate", "noise", "frames", "-o", "listed.yaml", "--hot", "hot.csv").returncode == 0
+    displayed = taken("calibrate", "noise", "frames", "-o", "listed.yaml", "--hot", "hot.csv", "--json")
+    assert displayed.returncode == 0
     assert (folder / "hot.csv").read_text(encoding="utf-8").startswith("row,col,e_per_s\n")
     assert 'defects: {hot: "hot.csv"}' in (folder / "listed.yaml").read_text(encoding="utf-8")
     assert taken("validate", "listed.yaml").returncode == 0
-    displayed = taken("calibrate", "noise", "frames", "--json")
     stated = json.loads(displayed.stdout)
     assert stated["iso"] == [200.0, 1600.0]
     for name, value in {
