@@ -18,6 +18,7 @@ from camsim.optics import RoundLens
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
+from camsim.optics.radial import RadialOtf
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.engine import FEWEST_CHECKED, FINEST, Cost, Decision, Marks, Progress
 from camsim.rendering.fields.job import FieldJob
@@ -50,6 +51,7 @@ STEEP, BENT = 20.0, 40.0  # scales of aberrations: spot radius in λN; waves per
 STRONGER = 3.5  # ringing behind an aberration of s such scales is stronger by 1 + STRONGER·s²
 UNKNOWN = 4.0  # the same of a lens that is known by its transfer alone: its pupil may be obstructed, or have sides
 RINGS_AT = 0.8, 0.85, 0.9, 0.95  # fractions of the cut-off at which an aberrated lens rings
+MOST_OF_KINKS = 500.0  # pitches: farther, only curves that no lens has ring at tolerances that somebody takes
 CROWD = 4000  # edges beyond which the bound on ringing grows no further
 NEARLY_ALL = 0.92  # fraction of the lens's band from which all of it is taken: a picture's ringing is not estimated
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # rule for the number of wavelengths
@@ -226,7 +228,14 @@ class WavesPlan:
             light = np.abs(job.signals.density).sum(axis=(0, 1))
             near = max(near, self._rings.reach(job.blur, light / light.sum(), _strength(job), OF_RINGS * tolerance))
         crowded, followed = self.fields is not None, self.settings.rougher * tolerance
-        near = max(near, _ringing(job, tolerance, crowded=crowded), _slow(job, followed), 2.0 * longest, spikes)
+        near = max(
+            near,
+            _ringing(job, tolerance, crowded=crowded),
+            _slow(job, followed),
+            _kinked(job, tolerance),
+            2.0 * longest,
+            spikes,
+        )
         first = self.settings.farther * (near + spot + extent) + self._support
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail, extent)
 
@@ -487,6 +496,25 @@ def _strength(job: Job) -> float:
     elif not isinstance(lens, RoundLens | Fading):
         stronger *= UNKNOWN
     return stronger * passes
+
+
+def _kinked(job: Job, tolerance: float) -> float:
+    """Return the distance from which on the ringing of a given curve's bends stays within its share, pitches.
+
+    Where its slope changes by s at the frequency f, four edges at the distance R ring by s/(π³fR²), or by s/(2π⁴fwR³)
+    if the change takes a width w, the distance of two points. At its end a curve has no width.
+    """
+    lens = job.system.lens
+    if not isinstance(lens, RadialOtf):
+        return 0.0
+    frequency, values = (np.array(one) for one in (lens.freq_per_um, lens.values))
+    frequency = frequency * job.grid.pitch_um
+    width = np.diff(frequency)
+    bends = np.abs(np.diff(np.diff(values) / width, append=0.0))
+    shares = [job.system.ring_share(job.signals.wavelength_nm, one) for one in (frequency[1:] / frequency[-1]).tolist()]
+    rings = bends * np.array(shares) / (math.pi**3 * frequency[1:] * OF_RINGS * tolerance)
+    wide: float = float(np.sum(rings[:-1] / (2.0 * math.pi * np.minimum(width[1:], width[:-1])))) ** (1.0 / 3.0)
+    return min(max(math.sqrt(float(rings[-1])), min(math.sqrt(float(rings[:-1].sum())), wide)), MOST_OF_KINKS)
 
 
 def _slow(job: Job, tolerance: float) -> float:
