@@ -1,7 +1,7 @@
-"""The check for lenses without a rotationally symmetric PSF: frequency sums for each photosite, with other settings.
+"""The check for lenses without a rotationally symmetric PSF, and for large scenes: frequency sums with other settings.
 
-Every photosite has a separate window: periods, levels, transfer tables and wavelengths differ from the image's, and the
-tolerance is a tenth.
+Periods, levels, and where that is quick transfer tables and wavelengths differ from the image's; the sources of
+pictures and of many edges are the image's own.
 """
 
 from __future__ import annotations
