@@ -99,7 +99,6 @@ def read_picture(
             if light is None and kind not in ENVI_SUFFIXES:  # whose samples are in another file
                 key = f"{kind} {how} {hashlib.file_digest(cast(BufferedReader, file), 'sha256').hexdigest()}"
                 file.seek(0)
-            known = _ALIVE.get(key)
             if known := _ALIVE.get(key):
                 placed["width_um"] = width_um if each_um is None else each_um * known.shape[1]
                 picture = _placed_again(known, placed)

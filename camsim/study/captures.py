@@ -69,7 +69,8 @@ class _Pickler(pickle.Pickler):
         if not isinstance(value, Picture):
             return NotImplemented
         inside = ("planes", "spectra")
-        return Picture, tuple(getattr(value, one.name) for one in dataclasses.fields(value) if one.name not in inside)
+        rest = (getattr(value, one.name) for one in dataclasses.fields(value) if one.name not in inside)
+        return Picture, (value.planes.shape, *rest)
 
 
 def _says_its_seed(settings: Mapping[str, Any]) -> bool:

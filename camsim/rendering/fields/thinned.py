@@ -56,7 +56,7 @@ class _Samples:
     def __init__(self, layer: Layer) -> None:
         assert isinstance(layer.picture, Picture)
         self.layer: Layer | None = layer
-        self.key = layer.picture.sha256, layer.degree
+        self.key = layer.picture.sha256, layer.picture.planes.shape, layer.degree
 
     def __hash__(self) -> int:
         return hash(self.key)

@@ -267,7 +267,7 @@ def _photosites(total: Complex, every: int, periods: tuple[int, int], shape: tup
     """
     (px, py), lines, (rows, cols) = (period // every for period in periods), total.shape[1], shape
     cycles = np.outer(np.arange(rows), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
-    waves = (np.exp(2j * np.pi / py * cycles) / py).astype(total.dtype) if lines < py else None
+    waves = np.exp(2j * np.pi / py * cycles) / py if lines < py else None  # products in single differ by processor
     for whole in total:
         columns = scipy.fft.ifft(whole, axis=0, overwrite_x=True)[:rows] if waves is None else waves @ whole
         # The real part of a sum over all frequencies, as one over those up to Nyquist, of which only the first and
