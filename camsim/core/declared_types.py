@@ -168,7 +168,7 @@ def _items(value: Any) -> Sequence[Any] | None:
     if isinstance(value, list | tuple):
         return value
     if hasattr(value, "__array__") and not isinstance(value, np.generic):
-        masked = isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value)
+        masked = hasattr(value, "mask") and np.ma.is_masked(value)
         # Masked values become not a number, and are refused.
         listed = (value.astype(float).filled(np.nan) if masked else array_of(value)).tolist()
         return listed if isinstance(listed, list) else None

@@ -57,12 +57,14 @@ class _Cached(CompileResultCacheImpl):
         """Return the data to cache: machine code, and of Numba's bitcode only the names of the entry points.
 
         Numba also caches its bitcode, for kernels that inline this one; ours inline it from its source. Reading it
-        would take longer than the rest of a kernel.
+        would take longer than the rest of a kernel. So would the environments of all functions taken in: to make them,
+        Numba imports the modules of its compiler. Machine code reads nothing but their constants.
         """
-        (name, kind, (machine_code, _)), *rest = super().reduce(cres)  # type: ignore[no-untyped-call]
+        (name, kind, (machine_code, _)), *rest, taken_in = super().reduce(cres)  # type: ignore[no-untyped-call]
         called = cres.fndesc.llvm_func_name, cres.fndesc.llvm_cpython_wrapper_name
         names = "\n".join(f'define void @"{entry}"() {{ ret void }}' for entry in called)
-        return (name, kind, (machine_code, llvm.parse_assembly(names).as_bitcode())), *rest
+        code = name, kind, (machine_code, llvm.parse_assembly(names).as_bitcode())
+        return code, *rest, tuple(environment for environment in taken_in if environment.consts)
 
 
 class Cache(FunctionCache):
