@@ -1,6 +1,12 @@
 """What all tests share; that this file is here also makes the modules beside it importable (truth, examples, …)."""
 
 import gc
+import os
+
+# As the program sets them (camsim.cli): threads of OpenMP and of BLAS otherwise spin after each piece of work, on
+# the very cores that other tests wait for. Read when the libraries load, so they come before NumPy.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")
 
 import numpy as np
 import pytest

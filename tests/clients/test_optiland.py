@@ -1,6 +1,7 @@
 """optiland's own transfer functions of the shipped lenses, and a Zemax prescription imported through it."""
 
 import dataclasses
+import importlib.util
 import math
 import runpy
 import subprocess
@@ -17,8 +18,9 @@ from camsim.config.lens_import import _prescription, _read, import_zemax
 from camsim.errors import InputError
 from tests.tables import rows
 
-pytestmark = pytest.mark.clients
-pytest.importorskip("optiland", reason="the extra lens is not installed")
+# Importing optiland takes two seconds, which tests of other things need not wait for.
+there = importlib.util.find_spec("optiland")
+pytestmark = [pytest.mark.clients, pytest.mark.skipif(there is None, reason="the extra lens is not installed")]
 
 MAKE = runpy.run_path(str(Path(__file__).parents[2] / "lenses" / "make.py"), run_name="make")
 LINE_PAIRS_PER_MM = np.array([10.0, 20.0, 40.0])
