@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from camsim.camera.window import Region
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.rendering import Grid
 from camsim.rendering.edges import shares_within
 from camsim.scene import Scene, flattened
@@ -74,4 +74,4 @@ def along_outlines(scene: Scene, grid: Grid) -> F64:
 def _starts(count: int, side: int) -> F64:
     """Return first rows or columns of windows, the last of which ends with the frame, and the one in the middle."""
     steps: Iterable[int] = (*range(0, count - side + 1, max(1, side // STEPS)), (count - side) // 2, count - side)
-    return np.unique(np.array(list(steps), float))
+    return distinct(np.array(list(steps), float))

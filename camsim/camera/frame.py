@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camsim.core import notebook
-from camsim.core.arrays import F32, F64, I64, U8, U16
+from camsim.core.arrays import F32, F64, I64, U8, U16, is_masked
 from camsim.core.doors import above
 from camsim.core.note import Note
 from camsim.core.number_kinds import array_of
@@ -81,7 +81,7 @@ def frame_numbers(first: int, count: Whole) -> range:
 
 def codes_of(mosaic: ArrayLike, stage: str = "") -> U16:
     """Return codes (rows, cols) as files hold them; raises for numbers that would be truncated or wrap."""
-    if np.ma.is_masked(mosaic):
+    if is_masked(mosaic):
         message = "has masked photosites; fill them, in numpy by .filled(…)"
         raise InvalidValueError(message, key="mosaic", stage=stage)
     codes = array_of(mosaic, "mosaic", stage)

@@ -14,7 +14,7 @@ from annotated_types import Ge, Le
 from numpy.typing import NDArray
 
 from camsim.camera.body import Body
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, is_masked
 from camsim.core.cached import Caching, cached_property
 from camsim.core.number_kinds import LARGEST, array_of
 from camsim.core.typed import Number, Several, Whole, refusal, validate
@@ -71,7 +71,7 @@ class GivenLight(Caching):
 
     def __post_init__(self) -> None:
         validate(self)
-        if np.ma.is_masked(self.samples):
+        if is_masked(self.samples):
             raise refusal(self, "samples", "has masked numbers; fill them, in numpy by .filled(…)")
         samples = array_of(self.samples, "samples", type(self).__name__)
         if samples.dtype.kind not in "fiu":

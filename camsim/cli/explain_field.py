@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from camsim.core.arrays import distinct
 from camsim.errors import UnsupportedError
 from camsim.optics import FieldLens
 from camsim.optics.placed import PlacedLens
@@ -39,7 +40,7 @@ def draw_field(figure: Any, capture: Capture) -> None:
     lens = field_lens(capture)
     heights_um = np.linspace(0.0, lens.height_um[-1], PLACES)
     heights_mm, known = heights_um / 1e3, np.array(lens.wavelength_nm)
-    picked = np.unique(np.linspace(0, known.size - 1, WAVELENGTHS).round().astype(int))
+    picked = distinct(np.linspace(0, known.size - 1, WAVELENGTHS).round().astype(int))
     middle_nm = float(known[known.size // 2])
     placed = [lens.at(float(h), 0.0) for h in heights_um]
     grid = figure.add_gridspec(3, 6)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camsim.cli.plot import colour_of_channel
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def nodes_nm(capture: Capture, curves: Iterable[Spectrum], ends_nm: tuple[float,
     one = [nm for curve in curves if isinstance(curve, Curve) for nm in curve.wavelength_nm]
     low_nm, high_nm = ends_nm
     inside = [nm for nm in one if low_nm <= nm <= high_nm]
-    return np.unique(np.concatenate([np.linspace(low_nm, high_nm, _POINTS), inside]))
+    return distinct(np.concatenate([np.linspace(low_nm, high_nm, _POINTS), inside]))
 
 
 def draw_efficiency(figure: Any, capture: Capture) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from camsim.api import load_camera
 from camsim.camera.camera import Camera
 from camsim.config.sensor_search import SensorSearch
+from camsim.core.arrays import distinct
 from camsim.errors import InvalidValueError
 from camsim.files.atomic import replacing
 from camsim.optics.no_lens import NO_LENS
@@ -50,7 +51,7 @@ class Base:
         if self.camera is None:
             return _TYPICAL_PEAK
         efficiency = self.camera.quantum_efficiency
-        nodes = np.unique(np.concatenate([curve.wavelength_nm for _, curve in efficiency.curves]))
+        nodes = distinct(np.concatenate([curve.wavelength_nm for _, curve in efficiency.curves]))
         return float(f"{efficiency.at(nodes).max():.4g}")
 
     @property

@@ -31,6 +31,23 @@ def picked(columns: Columns, which: Any) -> Columns:
     return columns._make(column[which] for column in columns)
 
 
+def distinct(values: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
+    """Return the different values in increasing order.
+
+    For this, np.unique would import numpy.ma, which takes as long as rendering a small window.
+
+    >>> distinct(np.array([[3.0, 1.0], [1.0, 2.0]]))
+    array([1., 2., 3.])
+    """
+    ordered = np.sort(values, axis=None)
+    return ordered[np.append(True, ordered[1:] != ordered[:-1])] if ordered.size else ordered
+
+
+def is_masked(values: object) -> bool:
+    """Return whether any value of an array is masked; False for all but masked arrays, which import numpy.ma."""
+    return hasattr(values, "mask") and bool(np.ma.is_masked(values))
+
+
 def read_only(*arrays: npt.NDArray[Any] | None) -> None:
     """Make shared arrays read-only.
 

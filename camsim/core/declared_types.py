@@ -11,6 +11,7 @@ import numpy as np
 from annotated_types import MaxLen, MinLen
 
 from camsim.core.annotations import After, Before, Called, Hinted
+from camsim.core.arrays import is_masked
 from camsim.core.number_kinds import Kind, Misfit, array_of, complex_number, number
 from camsim.core.words import called, either, word_hint
 
@@ -168,9 +169,8 @@ def _items(value: Any) -> Sequence[Any] | None:
     if isinstance(value, list | tuple):
         return value
     if hasattr(value, "__array__") and not isinstance(value, np.generic):
-        masked = hasattr(value, "mask") and np.ma.is_masked(value)
         # Masked values become not a number, and are refused.
-        listed = (value.astype(float).filled(np.nan) if masked else array_of(value)).tolist()
+        listed = (value.astype(float).filled(np.nan) if is_masked(value) else array_of(value)).tolist()
         return listed if isinstance(listed, list) else None
     return value if isinstance(value, Sequence) and not isinstance(value, str | bytes) else None
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camsim.camera.frame import LARGEST_CODE, codes_of
-from camsim.core.arrays import F64, U8, U16
+from camsim.core.arrays import F64, U8, U16, is_masked
 from camsim.core.calls import in_words
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import FilePath, check, check_truths
@@ -279,7 +279,7 @@ def _colour(channels: tuple[str, ...], colour_matrix: ArrayLike | None, as_shot_
 
 def _numbers(values: Any, key: str) -> F64:
     given = array_of(values, key)
-    if given.dtype.kind not in "fiu" or np.ma.is_masked(values):
+    if given.dtype.kind not in "fiu" or is_masked(values):
         raise InvalidValueError(f"must be numbers, not {displayed(values)}", key=key)
     numbers = given.astype(np.float64)
     if not np.isfinite(numbers).all():

@@ -13,7 +13,7 @@ import numpy as np
 
 from camsim.camera.body import Body
 from camsim.camera.capture import Capture
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.errors import UnsupportedError
 from camsim.measure.neighbours import neighbours
 from camsim.optics import OpticalSystem
@@ -73,7 +73,7 @@ def middles_um(
     shares = {name: one for name in names if (one := neighbours(camera, name)) is not None}
     if not seen.size:
         return {name: np.zeros_like(places_um) for name in shares}
-    nm = np.unique(np.linspace(float(seen.min()), float(seen.max()), _WAVELENGTHS))
+    nm = distinct(np.linspace(float(seen.min()), float(seen.max()), _WAVELENGTHS))
     places = places_um if isinstance(camera.lens, Varies) else np.zeros((1, 2))
     centres = np.array([[_middle_um(camera, place, float(each)) for each in nm] for place in places.tolist()])
     share = np.array([np.interp(samples.wavelength_nm, nm, row) for row in np.eye(nm.size)])  # (wavelengths, samples)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, is_masked
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import Count, Index, Positive, check
 from camsim.core.words import displayed
@@ -102,7 +102,7 @@ class Plane:
 
 def _numbers(samples: Any, name: str) -> npt.NDArray[Any]:
     """Return an image as a 2-D array; raises for three axes, as rows and columns would be ambiguous."""
-    if np.ma.is_masked(samples):
+    if is_masked(samples):
         raise InvalidValueError("has masked samples; give all, or a smaller region", key="samples", stage=name)
     array = array_of(samples, "samples", name)
     if array.ndim != 2 or array.dtype.kind not in "fiu":

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.core.custom import check_described, is_custom, refused
 from camsim.core.typed import NonNegative, Positive, check
 from camsim.core.words import both, displayed
@@ -103,7 +103,7 @@ def check_transfer(stage: OpticalStage, key: str, wavelength_nm: F64, highest_pe
     if not is_custom(stage):
         return
     _check_inherited(stage, key)
-    some = np.unique(np.linspace(0, wavelength_nm.size - 1, _COLOURS).round().astype(int))
+    some = distinct(np.linspace(0, wavelength_nm.size - 1, _COLOURS).round().astype(int))
     for nm in wavelength_nm[some].tolist():
         _check_at(stage, key, nm, highest_per_um)
 

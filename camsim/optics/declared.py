@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.core.custom import is_custom, refused
 from camsim.core.typed import NonNegative, Positive, check
 from camsim.errors import CamsimError
@@ -60,7 +60,7 @@ def check_declared(system: OpticalSystem, wavelength_nm: F64, tolerance: float) 
     wavelength_nm : (n,) of which the shortest and the longest are tested
     tolerance     : a transfer below this counts as zero
     """
-    each_nm = np.unique(wavelength_nm[[0, -1]]).tolist()
+    each_nm = distinct(wavelength_nm[[0, -1]]).tolist()
     highest_per_um = system.highest_per_um(wavelength_nm)
     if is_custom(system.lens):
         _Declared(system.lens).check_lens(system, each_nm, tolerance)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, is_masked
 from camsim.core.typed import Fraction, NonNegative, Number, Positive, Several, Whole, refusal, validate
 from camsim.numerics.splines import mirrored_spline, spline
 from camsim.numerics.zernike import LARGEST_INDEX, orders
@@ -289,7 +289,7 @@ class FieldLens(DiffractionLimit):
 def _numbers(table: Any) -> F64:
     """Return a table as an array; raises TypeError or ValueError if it holds texts, truth values or uneven rows."""
     listed = np.asarray(table, object)
-    if any(isinstance(value, str | bytes | bool | np.bool_) for value in listed.flat) or np.ma.is_masked(table):
+    if any(isinstance(value, str | bytes | bool | np.bool_) for value in listed.flat) or is_masked(table):
         raise TypeError
     return np.asarray(listed, float)
 

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from camsim.core.arrays import C128, F64, I64
+from camsim.core.arrays import C128, F64, I64, distinct
 from camsim.core.kernels import kernel, shared
 from camsim.core.kernels.turning import turned
 from camsim.errors import UnsupportedError
@@ -321,7 +321,7 @@ class Overlaps:
         normals = np.array([] if pupil.shape == "circular" else [*pupil.normals()], float)
         opening = normals, float(pupil.inner_radius), float(pupil.obstruction)
         waves, counts = (per_nm, self.which[: per_nm.size]), self.counts(rho, angle, nodes)
-        for count in np.unique(counts).tolist():
+        for count in distinct(counts).tolist():
             one = np.flatnonzero(counts == count)
             found = np.empty((one.size, per_nm.size), complex)
             given = 2.0 * rho[one], angle[one], opening, self.paths_nm, waves, _rule(count), found

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64, kinds_of, same_rows
+from camsim.core.arrays import F64, I64, distinct, kinds_of, same_rows
 from camsim.core.kernels import kernel
 from camsim.optics.pattern import Pattern
 from camsim.rendering.edges import Edges
@@ -104,7 +104,7 @@ def _bounds(edges: Edges, outline: I64, density: F64, pattern: Pattern, longest:
         lost = lost * np.maximum(0.5 * np.bincount(outline, minlength=count), 1.0)
     # A side's contrast to the outside is no more than the sum over the kinds of edges that lie between.
     sides, pair = edges.pairs()
-    one, kind = np.divmod(np.unique(outline * len(sides) + pair), len(sides))
+    one, kind = np.divmod(distinct(outline * len(sides) + pair), len(sides))
     step = np.abs(density[sides[:, 0]] - density[sides[:, 1]]).sum(axis=2).max(axis=1)
     contrast = np.bincount(one, weights=step[kind], minlength=count)
     bound: F64 = contrast * angle / (2.0 * np.pi) * lost

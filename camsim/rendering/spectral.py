@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64, same_rows
+from camsim.core.arrays import F64, I64, distinct, same_rows
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsWaves
@@ -96,7 +96,7 @@ def different(weights: F64) -> F64:
     array([[-2., -4.],
            [ 0.,  1.]])
     """
-    return weights[np.unique(multiples(weights)[0])]
+    return weights[distinct(multiples(weights)[0])]
 
 
 def kinds(contrast: F64) -> tuple[F64, F64]:
@@ -107,7 +107,7 @@ def kinds(contrast: F64) -> tuple[F64, F64]:
     Greys are proportional, so all their regions are transformed together.
     """
     which, times = multiples(contrast.reshape(len(contrast), -1))
-    few = np.unique(which)
+    few = distinct(which)
     shares = np.concatenate([np.zeros((1, few.size)), times[:, None] * (which[:, None] == few)])
     return shares, np.ascontiguousarray(contrast[few])
 
@@ -118,7 +118,7 @@ def _joined(weights: F64, which: I64) -> I64:
     A weak row, the difference of nearly equal spectra, has fewer correct digits than ``ALIKE``, so that rounding may
     have separated it.
     """
-    leaders = np.unique(which)
+    leaders = distinct(which)
     if not 1 < leaders.size <= FEW_KINDS:
         return which
     size = np.abs(weights[leaders]).max(axis=1)

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64, U8
+from camsim.core.arrays import F64, I64, U8, distinct
 from camsim.core.cached import cached_property
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
@@ -90,7 +90,7 @@ class VaryingPlan(WavesPlan):
     def _lenses(self) -> list[OfPupil]:
         """Lenses at a few places over the window."""
         low, high = window_um(self.job.grid)
-        x, y = (np.unique(np.linspace(a, b, PLACES)) for a, b in zip(low, high, strict=True))
+        x, y = (distinct(np.linspace(a, b, PLACES)) for a, b in zip(low, high, strict=True))
         each = [self.lens.at(item, other) for item in x.tolist() for other in y.tolist()]
         return [one for one in each if isinstance(one, OfPupil)]
 

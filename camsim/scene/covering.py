@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, distinct
 from camsim.scene.curves import Curves
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive
@@ -39,7 +39,7 @@ def covered(places_um: F64, before: I64, primitives: Sequence[Primitive]) -> np.
     place, number = place[later], number[later]
     order = np.argsort(number, kind="stable")
     place, number = place[order], number[order]
-    for one in np.unique(number).tolist():
+    for one in distinct(number).tolist():
         about = place[np.searchsorted(number, one, "left") : np.searchsorted(number, one, "right")]
         asked = about[~found[about]]
         found[asked] = _covers(primitives[one], places_um[asked])

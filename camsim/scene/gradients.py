@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.core.typed import Number, Place, Point, Positive, Whole, validate
 from camsim.scene.primitives import Shape
 from camsim.scene.raster import Field, Oblong
@@ -76,7 +76,7 @@ class Gradient(Field):
         if self._grey:
             return 0.5 * float(self.low + self.high)
         curves = [part for part in (self.low, self.high) if isinstance(part, Curve)]
-        nodes = np.unique(np.concatenate([np.asarray(curve.wavelength_nm, float) for curve in curves]))
+        nodes = distinct(np.concatenate([np.asarray(curve.wavelength_nm, float) for curve in curves]))
         mean = 0.5 * (spectrum_at(self.low, nodes) + spectrum_at(self.high, nodes))
         return Curve(tuple(nodes.tolist()), tuple(mean.tolist()), outside="hold")
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, distinct
 from camsim.scene import overlap
 from camsim.scene.regions import filled
 
@@ -21,7 +21,7 @@ def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:
     row, col = cut.T
     low, high = int(col.min()) - 1.0, int(col.max()) + 2.0
     bands: dict[int, Any] = {}
-    for rows in np.split(found := np.unique(row), range(ROWS, len(found), ROWS)):
+    for rows in np.split(found := distinct(row), range(ROWS, len(found), ROWS)):
         # Few edges lie in a few rows: they are clipped first.
         some = shapely.intersection(geometry, shapely.box(low, rows[0], high, rows[-1] + 1.0))
         bands |= {int(r): shapely.intersection(some, shapely.box(low, r, high, r + 1.0)) for r in rows}

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camsim.core.annotations import After, Before, Called
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct, is_masked
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import Fraction, Number, Place, Point, Positive, Several, check, refusal, validate
 from camsim.core.words import displayed
@@ -224,7 +224,7 @@ class Picture(Raster, Oblong):
 def _tabulated(spectra: Sequence[Spectrum | Component]) -> tuple[F64, F64]:
     """Return the wavelengths (n,) where any of the spectra bends, nm, and all of them there (spectra, n)."""
     bent = [_nodes(spectrum) for spectrum in spectra if not isinstance(spectrum, float | int)]
-    nodes = np.unique(np.concatenate(bent)) if bent else np.ones(1)
+    nodes = distinct(np.concatenate(bent)) if bent else np.ones(1)
     return nodes, np.stack([spectrum_at(spectrum, nodes) for spectrum in spectra])
 
 
@@ -249,7 +249,7 @@ _OF_RGB = "Picture.of_rgb"
 
 def _all_given(samples: ArrayLike, key: str, stage: str) -> NDArray[Any]:
     """Return samples as an array; masked ones become NaN."""
-    if np.ma.is_masked(samples):
+    if is_masked(samples):
         message = "has masked samples; fill them (in numpy .filled(0.5)), or give a smaller picture"
         raise InvalidValueError(message, key=key, stage=stage)
     array = array_of(samples, key, stage)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, distinct
 from camsim.errors import InvalidValueError
 from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import Primitive
@@ -175,4 +175,4 @@ def _joined(parts: list[Any]) -> list[Any]:
         if np.array_equal(least, group):
             break
         group = least
-    return [joined_areas(found[group == number]) for number in np.unique(group).tolist()]
+    return [joined_areas(found[group == number]) for number in distinct(group).tolist()]

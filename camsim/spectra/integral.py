@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, distinct
 from camsim.numerics.quadrature import barycentric
 
 # What varies smoothly and is no table (a thermal radiator, and the optics) is met by six nodes in 5 nm, in panels of at
@@ -40,7 +40,7 @@ def nodes_between(breaks_nm: F64, degree: int) -> tuple[F64, F64]:
     counts = np.maximum(degree // 2 + 1, np.ceil(step_nm * _PER_NM).astype(np.int64))
     panel, within = np.repeat(np.arange(counts.size), counts), _counted(counts)
     nodes, weights = np.empty((2, panel.size))
-    for count in np.unique(counts):
+    for count in distinct(counts):
         here = counts[panel] == count
         x, w = _gauss_legendre(int(count))
         half_nm = 0.5 * step_nm[panel[here]]

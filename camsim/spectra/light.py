@@ -13,7 +13,7 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.core.annotations import After
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.core.typed import NonNegative, Number, Positive, refusal, validate
 from camsim.core.words import LIGHT_NM, brief, either, percent, wavelength_hint
 from camsim.errors import InvalidValueError, UnknownNameError
@@ -310,7 +310,7 @@ def _nodes(light: Light, stages: Iterable[Iterable[Spectrum]]) -> tuple[F64, F64
         points = {spectrum.wavelength_nm for spectrum in stage if isinstance(spectrum, Curve)}
         kinks += map(np.array, points)
         degree += bool(points)
-    breaks_nm = np.unique(np.concatenate(kinks))
+    breaks_nm = distinct(np.concatenate(kinks))
     return nodes_between(breaks_nm[(first_nm <= breaks_nm) & (breaks_nm <= last_nm)], degree)
 
 

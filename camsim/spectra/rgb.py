@@ -11,7 +11,7 @@ import numpy as np
 from annotated_types import Ge, Le
 from numpy.typing import NDArray
 
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.core.typed import Number, check
 from camsim.errors import InvalidValueError
 from camsim.spectra.cached import cached
@@ -166,7 +166,7 @@ def depth_of_codes(samples: NDArray[np.floating]) -> int:
     for largest in _DEPTHS:
         codes = np.rint(some * largest)
         # In single precision the error of a number from 0 to 1 is 6e-8.
-        if np.abs(some * largest - codes).max() <= 1.2e-7 * largest and np.unique(codes).size > _MANY_CODES:
+        if np.abs(some * largest - codes).max() <= 1.2e-7 * largest and distinct(codes).size > _MANY_CODES:
             return largest
     return 0
 

@@ -16,7 +16,7 @@ import llvmlite.binding as llvm
 import numba as nb
 import platformdirs
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
-from numba.core.runtime.nrt import rtsys
+from numba.core.runtime import _nrt_python
 
 KEPT = 8  # cached versions of a kernel, so that several branches can be used in turn
 _ROOT = str(Path(__file__).resolve().parents[3])
@@ -84,10 +84,10 @@ class Cache(FunctionCache):
         """Return the cached kernel; None if there is none that can be read.
 
         Numba's method first initialises the compiler, which takes a third of a second and is not needed for cached
-        kernels. Only the part of Numba's run-time that manages memory is initialised here.
+        kernels. Only the functions of Numba's run-time that manage memory are made known here.
         """
         try:
-            rtsys.initialize(target_context)
+            _make_memory_known()
             return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         except Exception:  # a truncated pickle may raise anything
             with contextlib.suppress(OSError):
@@ -106,6 +106,13 @@ class Cache(FunctionCache):
         for old in versions[:-KEPT]:
             for file in self.index.parent.glob(f"{old.stem}.*"):
                 file.unlink()
+
+
+@functools.cache
+def _make_memory_known() -> None:
+    """Give the addresses of the functions that kernels call to allocate, free and take arrays."""
+    for name, address in _nrt_python.c_helpers.items():
+        llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 
 @functools.cache

@@ -16,6 +16,7 @@ from numba.core import compiler, event, sigutils, types, typing
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
+from numba.core.typing.typeof import typeof_impl
 
 from camsim.core.kernels.cache import Cache
 
@@ -105,6 +106,11 @@ class _Kernel(CPUDispatcher):
     def _compilation_chain_init_hook(self) -> None:
         """Skip Numba's search for extensions, which queries every installed package and is not needed here."""
 
+    def typeof_pyval(self, val: Any) -> Any:
+        """Return the type of an argument; called from Python once for all of its kind."""
+        _make_known(val)
+        return super().typeof_pyval(val)
+
     def compile(self, sig: Any) -> Any:
         """Compile for types, or load from the cache; called from Python."""
         if self.cache is not None:
@@ -160,6 +166,15 @@ class _Kernel(CPUDispatcher):
         counted = self.targetoptions["_nrt"] and (taken_by is None or taken_by.nrt)
         if not counted and _has_arrays(signature.return_type):
             raise TypeError(f"{self.py_func.__qualname__} returns arrays: it and what calls it need allocates=True")
+
+
+def _make_known(value: Any) -> None:
+    """Tell Numba that a record is a tuple, which it would otherwise find out by asking all of its own types."""
+    if isinstance(value, tuple):
+        if type(value) not in typeof_impl.registry:
+            typeof_impl.register(type(value), typeof_impl.registry[tuple])
+        for part in value:
+            _make_known(part)
 
 
 def _has_arrays(kind: Any) -> bool:

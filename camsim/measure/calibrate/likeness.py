@@ -15,7 +15,7 @@ import scipy.stats
 
 from camsim.camera.sensor import Sensor
 from camsim.camera.window import Region
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.measure.calibrate.calibration import Calibration
 from camsim.measure.calibrate.darks import DarkStatistics, dark_statistics
 from camsim.measure.calibrate.folder import Shot, ShotsOfCamera
@@ -180,7 +180,7 @@ def _of_setting(setting: Setting, camera: ShotsOfCamera, profile: ShotsOfCamera,
 def _same_power(ours: DarkStatistics, theirs: DarkStatistics) -> float:
     """Return the p-value of two row spectra: from log ratios over bands, whose distribution is known."""
     count = len(ours.row_power)
-    edges = np.unique(np.round(np.geomspace(1, count + 1, _BANDS + 1)).astype(int)) - 1
+    edges = distinct(np.round(np.geomspace(1, count + 1, _BANDS + 1)).astype(int)) - 1
     total, freedom = 0.0, 0
     for first, stop in pairwise(edges.tolist()):
         shape = (stop - first) * 0.5 * (ours.frames - 1 + theirs.frames - 1)
@@ -198,7 +198,7 @@ def _same_quantiles(ours: Sequence[Codes], theirs: Sequence[Codes], step_dn: flo
     whole = np.concatenate([np.concatenate([codes.ravel() for codes in side]) for side in (ours, theirs)])
     spread = np.bincount(np.rint(whole / step_dn).astype(np.int64))
     share = np.cumsum(spread) / whole.size
-    thresholds = np.unique(np.searchsorted(share, _PROBABILITIES))
+    thresholds = distinct(np.searchsorted(share, _PROBABILITIES))
     (mean_a, error_a), (mean_b, error_b) = (
         _shares(side, step_dn * thresholds.astype(np.float64), step_dn) for side in (ours, theirs)
     )

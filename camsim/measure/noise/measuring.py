@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from camsim.core.annotations import Called
-from camsim.core.arrays import F64, U8
+from camsim.core.arrays import F64, U8, distinct
 from camsim.core.note import Note
 from camsim.core.typed import check
 from camsim.errors import UnsupportedError
@@ -208,7 +208,7 @@ def _longest(darks: tuple[Group, ...], brightest: Group, index: U8) -> Group:
     """Return the longest dark nearer to the shortest one than to the brightest flat: full ones hide defects."""
 
     def charge(group: Group) -> F64:
-        return np.array([np.median(group.codes[0][index == k]) for k in np.unique(index)], np.float64)
+        return np.array([np.median(group.codes[0][index == k]) for k in distinct(index)], np.float64)
 
     ordered = sorted(darks, key=lambda group: group.time_s)
     half = 0.5 * (charge(ordered[0]) + charge(brightest))
@@ -227,7 +227,7 @@ def _healthy(group: Group, index: U8, step_dn: float) -> Chosen:
     """Return a mask without defects, i.e. outliers of their channel by 8 robust standard deviations."""
     mean = np.mean(group.codes, axis=0)
     good = np.ones(mean.shape, dtype=bool)
-    for k in np.unique(index):
+    for k in distinct(index):
         here = mean[index == k]
         away = np.abs(here - np.median(here))
         good[index == k] = away <= max(_DEFECT * 1.4826 * float(np.median(away)), _ONE_CODE * step_dn)

@@ -7,9 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
-from camsim.core.arrays import F64, I64, U8
+from camsim.core.arrays import F64, I64, U8, distinct
 from camsim.core.cached import cached_property
 from camsim.core.tiled import Channels
 from camsim.errors import UnsupportedError
@@ -64,7 +62,7 @@ class BoundaryPlan:
     def tabled(self) -> int:
         """Number of pairs of spectra of which no two are proportional."""
         weights = self.nodes.weights
-        return len(np.unique(multiples(weights.reshape(len(weights), -1))[0]))
+        return len(distinct(multiples(weights.reshape(len(weights), -1))[0]))
 
     @cached_property
     def lines(self) -> tuple[I64, F64]:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, distinct
 from camsim.core.kernels import kernel, shared
 from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import gauss_legendre
@@ -158,7 +158,7 @@ def _average_taps(side: float, shifts: F64) -> F64:
             _add_points(taps, reach, np.array([shift]), np.ones(1))
             continue
         cuts = np.arange(math.floor(shift - 0.5 * side), math.ceil(shift + 0.5 * side) + 1)
-        cuts = np.unique(np.clip(cuts, shift - 0.5 * side, shift + 0.5 * side))
+        cuts = distinct(np.clip(cuts, shift - 0.5 * side, shift + 0.5 * side))
         low, high = cuts[:-1, None], cuts[1:, None]
         places = 0.5 * (low + high + (high - low) * _GAUSS_X)
         _add_points(taps, reach, places.ravel(), (0.5 * (high - low) * _GAUSS_W / side).ravel())
@@ -225,7 +225,7 @@ def edge_responses(
     cells = math.ceil(distance / step)
     inner = len(pattern.breaks) > 1
     bottom, nodes, node_weights = 0.0, [], []
-    for top in np.unique(np.divide.outer(pattern.breaks, blur)):
+    for top in distinct(np.divide.outer(pattern.breaks, blur)):
         count = 14 + math.ceil((1.6 if inner else 1.1) * math.pi * (distance + footprint.extent) * (top - bottom))
         x, w = gauss_legendre(count)
         t = 0.5 * (1.0 + x)

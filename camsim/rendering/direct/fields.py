@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import scipy
 
-from camsim.core.arrays import F64, I64, picked
+from camsim.core.arrays import F64, I64, distinct, picked
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.cut_cells import cell_states, cut_nodes
@@ -331,7 +331,7 @@ class Fields:
         while least < FAR_NODES and OF_TAIL * (0.25 * seen.step / reach) ** (2 * least - seen.degree) > share:
             least += 1
         coarse = np.maximum(gauss_pieces(math.pi * turns, share, MOST_NODES)[1], least)
-        orders = [(1, order, coarse == order) for order in np.unique(coarse).tolist()]
+        orders = [(1, order, coarse == order) for order in distinct(coarse).tolist()]
         begins, first, found = np.zeros((len(cells), 2, 2), np.int64), 0, []
         for which, order, some in [(0, fine, near), *orders]:
             begin, at, light = seen.nodes(cells[some], order)

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, distinct
 from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import chebyshev, gauss_legendre, gauss_pieces
@@ -200,7 +200,7 @@ def breaks_of(system: OpticalSystem, pitch_um: float, wavelength_nm: F64) -> F64
     """Return the frequencies where the lens's transfers are not smooth, cycles/pitch."""
     assert isinstance(system.lens, RoundLens)
     breaks = np.array(system.lens.pattern().breaks)
-    found: F64 = np.unique(np.outer(1.0 / system.blurs_um(wavelength_nm), breaks)) * pitch_um
+    found: F64 = distinct(np.outer(1.0 / system.blurs_um(wavelength_nm), breaks)) * pitch_um
     return found
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, distinct
 from camsim.numerics.quadrature import gauss_legendre, gauss_pieces
 from camsim.rendering.fields.cover import Cover, cover_of
 from camsim.rendering.fields.layer import Layer, basis, refined
@@ -188,7 +188,7 @@ def _corrections(
     mine = among[1][cover.owner] if len(cover.owner) else np.empty(0, bool)
     mine = mine & (start != 0.0).any(axis=1) & (end != 0.0).any(axis=1)
     needed = np.minimum(x.size, np.ceil(x.size * length).astype(np.int64) + 3)
-    for order in np.unique(needed[mine]).tolist():
+    for order in distinct(needed[mine]).tolist():
         these = mine & (needed == order)
         a, b, of = start[these], end[these], cover.cut[cover.owner[these]]
         first = 0.5 + corner[these][:, None]

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.numerics.quadrature import gauss_legendre, gauss_order
 from camsim.rendering.fields.layer import Layer, basis, mirrored
 from camsim.scene import Picture
@@ -121,7 +121,7 @@ def _gather(place: F64, width: int) -> Any:
 def _sums(count: int, degree: int) -> tuple[np.ndarray, Any]:
     """Return places (n,) along a line of samples, and the matrix that gives the light there of spline coefficients."""
     half = 0.0 if degree == 0 else 0.5
-    ends = np.unique(np.concatenate([[0.0], np.arange(count) + half, [float(count)]]))
+    ends = distinct(np.concatenate([[0.0], np.arange(count) + half, [float(count)]]))
     x, w = gauss_legendre(gauss_order(math.pi * HIGHEST, EXACT) + degree)
     place = ends[:-1, None] + np.diff(ends)[:, None] * 0.5 * (1.0 + x)
     weight = np.diff(ends)[:, None] * 0.5 * w

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.arrays import F64, Complex
+from camsim.core.arrays import F64, Complex, distinct
 from camsim.core.cached import cached_property
 from camsim.numerics.nonuniform import complex_type
 from camsim.optics.protocols import Varies
@@ -144,7 +144,7 @@ class BentSource(FieldSource):
         low, high = at[inside].min(axis=0), at[inside].max(axis=0)
         cell = np.minimum((count * (at[inside] - low) / np.maximum(high - low, 1e-9)).astype(np.int64), count - 1)
         number = cell[:, 0] * count + cell[:, 1]
-        for one in np.unique(number).tolist():
+        for one in distinct(number).tolist():
             yield inside[number == one]
 
     def _add_block(self, out: Complex, block: np.ndarray, lattice: Lattice, origin: tuple[float, float]) -> bool:

@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import scipy
 
-from camsim.core.arrays import C128, F64, I64, Floats
+from camsim.core.arrays import C128, F64, I64, Floats, distinct
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.quadrature import chebyshev, interpolation
@@ -160,9 +160,9 @@ class VaryingLens:
         (left, top), (right, bottom) = corners_um.tolist()
         places = [(x, y) for x in (left, 0.5 * (left + right), right) for y in (top, 0.5 * (top + bottom), bottom)]
         if self._revolves:
-            away = np.unique(np.hypot(*np.array(places).T))
+            away = distinct(np.hypot(*np.array(places).T))
             places = [(away[0], 0.0), (away[away.size // 2], 0.0), (away[-1], 0.0)]
-        some = np.unique(np.linspace(0, self.wavelength_nm.size - 1, 3).astype(int))
+        some = distinct(np.linspace(0, self.wavelength_nm.size - 1, 3).astype(int))
         fronts = self._fronts(np.array(places), self.wavelength_nm[some])
         return Rule.of(fronts, OF_RULE * self.allowed, outer)
 

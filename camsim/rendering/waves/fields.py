@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.core.arrays import C128, F64, I64, Complex
+from camsim.core.arrays import C128, F64, I64, Complex, distinct
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.errors import UnsupportedError
@@ -381,7 +381,7 @@ def _seen(i: int, count: int, degree: int, frequency: F64) -> C128:
     half = 0.5 * (degree + 1)
     low, high = max(0.0, i + 0.5 - half), min(float(count), i + 0.5 + half)
     # Splines are polynomials between knots, which lie halfway between integers.
-    knots = np.unique(np.concatenate([[low, high], np.arange(math.ceil(low - 0.5), high) + 0.5]))
+    knots = distinct(np.concatenate([[low, high], np.arange(math.ceil(low - 0.5), high) + 0.5]))
     knots = knots[(knots >= low) & (knots <= high)]
     # A picture of one sample is its own neighbour's neighbour: it is mirrored twice.
     copies = [at + 2 * count * k for k in (-1, 0, 1) for at in (i, -1 - i)]
