@@ -12,11 +12,13 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba as nb
+import numpy as np
 from numba.core import compiler, event, sigutils, types, typing
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
-from numba.core.typing.typeof import typeof_impl
+from numba.core.typing.typeof import typeof
+from numba.np import numpy_support
 
 from camsim.core.kernels.cache import Cache
 
@@ -107,9 +109,10 @@ class _Kernel(CPUDispatcher):
         """Skip Numba's search for extensions, which queries every installed package and is not needed here."""
 
     def typeof_pyval(self, val: Any) -> Any:
-        """Return the type of an argument; called from Python once for all of its kind."""
-        _make_known(val)
-        return super().typeof_pyval(val)
+        """Return the type of an argument."""
+        found = _type_of(val)
+        self._types_active_call.add(found)
+        return found
 
     def compile(self, sig: Any) -> Any:
         """Compile for types, or load from the cache; called from Python."""
@@ -168,13 +171,17 @@ class _Kernel(CPUDispatcher):
             raise TypeError(f"{self.py_func.__qualname__} returns arrays: it and what calls it need allocates=True")
 
 
-def _make_known(value: Any) -> None:
-    """Tell Numba that a record is a tuple, which it would otherwise find out by asking all of its own types."""
+def _type_of(value: Any) -> Any:
+    """Return the type of an argument as Numba does, but of arrays and records of them without a search.
+
+    Numba imports numpy.ma for an array, and compares the class of each new record with those of all its own types.
+    """
     if isinstance(value, tuple):
-        if type(value) not in typeof_impl.registry:
-            typeof_impl.register(type(value), typeof_impl.registry[tuple])
-        for part in value:
-            _make_known(part)
+        return types.BaseTuple.from_types([_type_of(part) for part in value], type(value))
+    if type(value) is np.ndarray:
+        layout, readonly = numpy_support.map_layout(value), not value.flags.writeable
+        return types.Array(numpy_support.from_dtype(value.dtype), value.ndim, layout, readonly=readonly)
+    return typeof(value)
 
 
 def _has_arrays(kind: Any) -> bool:

@@ -314,8 +314,12 @@ def _coefficients(values: F64, until: float) -> F64:
 @functools.cache
 def _shifted() -> F64:
     """Return the powers (SERIES_NODES, POWERS + 1) in Chebyshev polynomials on 0 … 1; that of order s is T_2s(√f)."""
-    orders = [np.polynomial.chebyshev.cheb2poly([0.0] * 2 * s + [1.0])[::2] for s in range(SERIES_NODES)]
-    return np.stack([np.pad(powers, (0, POWERS))[: POWERS + 1] for powers in orders])
+    orders = np.zeros((SERIES_NODES, POWERS + 1))
+    orders[0, 0], orders[1, :2] = 1.0, (-1.0, 2.0)
+    for s in range(2, SERIES_NODES):
+        orders[s] = -2.0 * orders[s - 1] - orders[s - 2]
+        orders[s, 1:] += 4.0 * orders[s - 1, :-1]
+    return orders
 
 
 def smooth_energy(system: OpticalSystem, pitch_um: float, nm: float, r: F64) -> F64:
