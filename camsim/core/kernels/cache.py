@@ -16,7 +16,7 @@ import llvmlite.binding as llvm
 import numba as nb
 import platformdirs
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
-from numba.core.runtime import _nrt_python
+from numba.core.runtime import _nrt_python  # type: ignore[attr-defined]
 
 KEPT = 8  # cached versions of a kernel, so that several branches can be used in turn
 _ROOT = str(Path(__file__).resolve().parents[3])
