@@ -129,6 +129,11 @@ class Recording(Caching):
             rows_before=rows_before,
         )
 
+    @cached_property
+    def _read_noise_e(self) -> float:
+        """The standard deviation of the temporal noise of the read-out, electrons."""
+        return self.camera.dark_noise_e(self.exposure.iso) if self.noise else 0.0
+
     def description(self, frame_number: int) -> dict[str, Any]:
         """Return the description of everything that determines a frame, as written to files."""
         return {**self._described, "frame_number": frame_number}
@@ -161,7 +166,7 @@ class Recording(Caching):
             electrons_per_dn=camera.converter.electrons_per_dn_at(exposure.iso),
             white_e=camera.charge_at_e(1.0, exposure.iso) if camera.nonlinearity is not None else None,
             shot_e2_per_e=camera.shot_e2_per_e(exposure.iso) if self.noise else 0.0,
-            read_noise_e=camera.dark_noise_e(exposure.iso) if self.noise else 0.0,
+            read_noise_e=self._read_noise_e,
             camera_name=camera.name,
             serial=camera.serial,
             f_number=0.0 if isinstance(camera.lens, NoLens) else camera.lens.f_number,

@@ -41,20 +41,27 @@ def cell_states(start: F64, end: F64, flips: I64, is_cut: np.ndarray) -> None:
                 is_cut[row, col] = True
 
 
-def cut_nodes(start: F64, end: F64, col: int, row: int, order: int) -> F64:
-    """Return nodes and weights, together (m, 3), over the visible part of a cell, which is a square from 0 to 1.
+def cut_nodes(start: F64, end: F64, cells: I64, order: int) -> tuple[I64, F64]:
+    """Return where each cell's nodes begin (n + 1,), and nodes and weights, together (m, 3), over its visible part.
 
-    order : nodes of a rule along a side
+    cells : (n, 2) rows and columns; nodes are relative to a cell's corner;  order: nodes of a rule along a side
     """
     most = order + MORE
     nodes, weights, _ = gauss_rules(tuple(range(1, most + 1)))
-    room = 8 * most * most
+    begins, room = np.zeros(len(cells) + 1, np.int64), most * most * len(cells)
     while True:
         out = np.empty((room, 3))
-        count = _cut_nodes(start, end, float(col), float(row), order, nodes, weights, out)
-        if count <= room:
-            return out[:count]
-        room = count
+        _lay(start, end, cells, order, nodes, weights, begins, out)
+        if (room := int(begins[-1])) <= len(out):
+            return begins, out[:room]
+
+
+@kernel()
+def _lay(start: F64, end: F64, cells: I64, order: int, nodes: F64, weights: F64, begins: I64, out: F64) -> None:
+    """Write the nodes of all cells up to the array's size, and where they begin."""
+    for k in range(len(cells)):
+        row, col = float(cells[k, 0]), float(cells[k, 1])
+        begins[k + 1] = begins[k] + _cut_nodes(start, end, col, row, order, nodes, weights, out[begins[k] :])
 
 
 @kernel(forceinline=True)

@@ -196,7 +196,7 @@ class Adc:
             dn += self.black_level_dn
             if self.black_offsets_dn != ((0,),):
                 dn += self.offsets_dn((dn.shape[0], dn.shape[1]), (origin[0] + start, origin[1]))
-            if np.isnan(dn).any():
+            if np.isnan(dn.min(initial=0.0)):
                 raise ValueError("electrons hold NaN, which has no code")
             if self.code_step_dn != 1.0:
                 dn = np.rint(dn / self.code_step_dn) * self.code_step_dn

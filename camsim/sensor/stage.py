@@ -216,7 +216,8 @@ def streams_of(stage: ElectronicStage) -> tuple[int, ...]:
 
 def add_normals(electrons: F64, sigma_e: float, normals: F32) -> F64:
     """Return electrons + sigma_e · normals."""
-    noisy: F64 = sigma_e * normals.astype(np.float64)
+    noisy = normals.astype(np.float64)
+    noisy *= sigma_e
     noisy += electrons
     return noisy
 

@@ -20,7 +20,7 @@ from camsim.measure.calibrate import calibrate, read_folder
 from camsim.measure.calibrate.likeness import side_by_side, simulated
 from camsim.measure.calibrate.profile_file import profile_text
 from camsim.measure.noise import measure_noise, take_shots
-from camsim.measure.noise.stack import Rounding, stack
+from camsim.measure.noise.stack import Photosites, Rounding, stack
 from camsim.measure.reading import picture_of_frame
 from camsim.sensor.companding import decoding, encoding
 
@@ -179,5 +179,5 @@ def test_rounding_where_codes_begin_to_lie_further_apart(mean: float, uneven: fl
     noise = 30.0 * rng.standard_normal((8, 200, 200))
     signal = mean + uneven * rng.standard_normal((200, 200)) + noise
     codes = np.where(signal < 1600.0, 8.0 * np.rint(signal / 8.0), 1600.0 + 32.0 * np.rint((signal - 1600.0) / 32.0))
-    one = stack(list(codes.astype(np.int64)), np.ones((200, 200), bool), Rounding(step_dn=8.0))
+    one = stack(list(codes.astype(np.int64)), Photosites(np.ones((200, 200), bool)), Rounding(step_dn=8.0))
     assert one.variance_dn2 - one.coarser_dn2 - 64.0 / 12.0 == pytest.approx(noise.var(axis=0, ddof=1).mean(), rel=6e-3)

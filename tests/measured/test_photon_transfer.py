@@ -10,7 +10,7 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.api import load_camera
 from camsim.measure.noise.photon_transfer import photon_transfer
-from camsim.measure.noise.stack import Level, stack
+from camsim.measure.noise.stack import Level, Photosites, stack
 
 SIDE, FRAMES, TIME_S = 240, 12, 0.01
 LEVELS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
@@ -35,7 +35,7 @@ def codes_of(
 
 
 def measured(camera: camsim.Camera) -> Any:
-    whole = np.ones((camera.rows, camera.cols), dtype=bool)
+    whole = Photosites(np.ones((camera.rows, camera.cols), dtype=bool))
     dark = stack(codes_of(camera, 0.0, seed=50), whole)
 
     def exposed(level: float, **taken: int) -> Level:
@@ -97,7 +97,7 @@ def test_a_strip_of_few_columns_has_lines_too(rng: np.random.Generator, cols: in
     stacks = []
     for _ in range(150):
         codes = np.rint(np.broadcast_to(rng.normal(5000.0, 300.0, lines), channel.shape)).astype(np.uint16)
-        stacks.append(stack([codes, codes], channel))
+        stacks.append(stack([codes, codes], Photosites(channel)))
     scatter = np.std([s.pattern.dn2 for s in stacks])
     stated = np.mean([s.pattern.sigma_dn2 for s in stacks])
     assert 0.75 < stated / scatter < 1.4
@@ -109,7 +109,7 @@ def test_rows_and_columns_are_no_independent_numbers(rng: np.random.Generator) -
     stacks = []
     for _ in range(60):
         frames = [rng.normal(500.0, 3.0, (40, 50)) + rng.normal(0.0, 6.0, (40, 1)) for _ in range(8)]
-        stacks.append(stack([np.rint(f).astype(np.uint16) for f in frames], channel))
+        stacks.append(stack([np.rint(f).astype(np.uint16) for f in frames], Photosites(channel)))
     variance = np.array([s.variance_dn2 for s in stacks])
     assert np.mean(variance) == pytest.approx(9.0 + 36.0 + 1 / 12, rel=0.05)
     stated = np.mean([s.variance_sigma_dn2 for s in stacks])

@@ -20,7 +20,7 @@ from camsim.measure.calibrate.calibration import Calibration
 from camsim.measure.calibrate.darks import DarkStatistics, dark_statistics
 from camsim.measure.calibrate.folder import Shot, ShotsOfCamera
 from camsim.measure.calibrate.setting import Setting
-from camsim.measure.noise.stack import Codes, Rounding, stack
+from camsim.measure.noise.stack import Codes, Photosites, Rounding, stack
 from camsim.sensor.exposure import Exposure
 
 _SMOOTH_PX = 31
@@ -135,11 +135,11 @@ def _of_setting(setting: Setting, camera: ShotsOfCamera, profile: ShotsOfCamera,
                 groups.setdefault(key, ([], []))[side].append(shot.codes)
     mean, ours, theirs, errors = [], [], [], []
     rounding = Rounding(step_dn=step_dn)
+    channels = [Photosites((camera.channel_index == k) & ~setting.darks.hot) for k in range(len(camera.channels))]
     for (kind, *_), both in groups.items():
         if kind == "clipped" or len(both[0]) < 2:
             continue
-        for number in range(len(camera.channels)):
-            here = (camera.channel_index == number) & ~setting.darks.hot
+        for here in channels:
             real, made = (stack(codes, here, rounding) for codes in both)
             if max(real.at_end, made.at_end) > _HEAPED:
                 continue

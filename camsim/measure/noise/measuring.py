@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated
 
 import numpy as np
@@ -19,7 +19,7 @@ from camsim.measure.noise.fullness import saturation
 from camsim.measure.noise.photon_transfer import PhotonTransfer, photon_transfer, sensitivity_threshold_e
 from camsim.measure.noise.result import BENT, ChannelNoise, NoiseReport, Spectrogram
 from camsim.measure.noise.shots import Group, Shots
-from camsim.measure.noise.stack import Chosen, Level, Rounding, Stack, stack, step_between_codes_dn
+from camsim.measure.noise.stack import Chosen, Codes, Level, Photosites, Rounding, Stack, stack, step_between_codes_dn
 
 _LEAST_FLATS, _LEAST_FRAMES = 4, 2
 _SAME_TIME = 1e-3
@@ -54,7 +54,7 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
     good = _healthy(_longest(darks, brightest, index), index, step_dn) & _healthy(half, index, step_dn)
     channels = []
     for number, name in enumerate(shots.channels):
-        here = (index == number) & good
+        here = Photosites((index == number) & good)
         darks_of = [(group.time_s, stack(group.codes, here, rounding)) for group in darks]
         levels = [
             Level(exposure=g.exposure, light=stack(g.codes, here, rounding), dark=_at(darks_of, g.time_s))
@@ -70,7 +70,7 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
         channels.append(
             ChannelNoise(
                 channel=name,
-                photosites=int(np.count_nonzero(here)),
+                photosites=len(here),
                 defects_left_out=int(np.count_nonzero((index == number) & ~good)),
                 transfer=found,
                 sensitivity_threshold_e=threshold_e,
@@ -154,13 +154,20 @@ def _refuse_copies(shots: Shots, rounding: Rounding) -> None:
     if _scatter_dn(min(darks, key=lambda dark: dark.time_s)) ** 2 < rounding.least_dn2:
         return
     for group in (*shots.of("flat")[:-1], *darks):
-        different = {hashlib.blake2b(np.ascontiguousarray(codes).data).digest() for codes in group.codes}
-        if len(different) < len(group.codes) and not _ended(group):
+        different = _different([codes[:1] for codes in group.codes])
+        if different < len(group.codes):
+            different = _different(group.codes)
+        if different < len(group.codes) and not _ended(group):
             raise UnsupportedError(
                 f"has {len(group.codes)} frames of kind {group.kind} at exposure {group.exposure:g} and "
-                f"{group.time_s:g} s, of which {len(different)} differ: copies show no noise; give each frame once",
+                f"{group.time_s:g} s, of which {different} differ: copies show no noise; give each frame once",
                 stage=shots.name,
             )
+
+
+def _different(frames: Sequence[Codes]) -> int:
+    """Return the number of frames without copies."""
+    return len({hashlib.blake2b(np.ascontiguousarray(codes).data).digest() for codes in frames})
 
 
 def _scatter_dn(group: Group) -> float:

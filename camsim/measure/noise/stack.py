@@ -12,6 +12,7 @@ import numpy.typing as npt
 import scipy
 
 from camsim.core.arrays import F64, I64
+from camsim.core.cached import cached_property
 from camsim.errors import InvalidValueError
 from camsim.measure.noise.estimate import SURE
 
@@ -153,33 +154,107 @@ class Level:
         return math.hypot(self.light.variance_sigma_dn2, self.dark.variance_sigma_dn2)
 
 
-def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_CODE) -> Stack:
-    """Reduce frames (rows, cols) to their statistics over the photosites where ``channel`` (rows, cols) is true.
+@dataclass(frozen=True, eq=False)
+class Photosites:
+    """The photosites (n,) of one channel, in the order of their rows; ``channel``: mask (rows, cols) of them."""
+
+    channel: Chosen
+
+    def __len__(self) -> int:
+        return self._places.size
+
+    def of(self, frame: Codes) -> Codes:
+        """Return a frame's codes (n,)."""
+        return np.take(frame, self._places)
+
+    @cached_property
+    def _places(self) -> I64:
+        return np.flatnonzero(self.channel)
+
+    @cached_property
+    def lines(self) -> tuple[I64, I64]:
+        """Index (n,) of each one's row, and of its column, counting only non-empty ones."""
+        there = (np.cumsum(self.channel.any(axis=1 - axis)) - 1 for axis in (0, 1))
+        row, col = (
+            number[at] for number, at in zip(there, np.divmod(self._places, self.channel.shape[1]), strict=True)
+        )
+        return row, col
+
+    @cached_property
+    def _begins(self) -> I64:
+        return np.searchsorted(self.lines[0], np.arange(self.lines[0][-1] + 1))
+
+    def means_of_rows(self, values: F64) -> F64:
+        """Return the mean of each row of values (n,)."""
+        means: F64 = np.add.reduceat(values, self._begins) / np.diff(self._begins, append=len(self))
+        return means
+
+    def means_of_cols(self, values: F64) -> F64:
+        """Return the mean of each column of values (n,)."""
+        means: F64 = np.bincount(self.lines[1], values) / np.bincount(self.lines[1])
+        return means
+
+    def fine(self, mean: F64) -> F64:
+        """Return values (n,) after the high-pass, scaled to preserve the variance of white noise.
+
+        A polynomial is subtracted first: at borders, and with steep fall-off, the high-pass alone leaves some shading.
+        """
+        inside, around, (down, across) = self._inside, self._around, self._polynomials
+        places = np.zeros(inside.shape)
+        places[inside] = mean
+        filled = np.where(inside, places, _smooth(places, _SMOOTH) / around)
+        left = np.where(inside, filled - down @ (down.T @ filled @ across) @ across.T, 0.0)
+        fine: F64 = (left - _smooth(left, _SMOOTH) / around)[inside] / math.sqrt(self.remaining)
+        return fine
+
+    @cached_property
+    def remaining(self) -> float:
+        """Part of the variance of white noise that is left by the high-pass, before the scaling of ``fine``."""
+        one = _SMOOTH.max() ** 2 / self._around
+        white = 1.0 - 2.0 * one + _smooth(self._inside.astype(np.float64), _SMOOTH**2) / self._around**2
+        terms = math.prod(each.shape[1] for each in self._polynomials)
+        return float(np.mean(white[self._inside])) * max(1.0 - terms / len(self), 1e-9)
+
+    @cached_property
+    def _inside(self) -> Chosen:
+        return self.channel[np.ix_(self.channel.any(axis=1), self.channel.any(axis=0))]
+
+    @cached_property
+    def _around(self) -> F64:
+        return np.maximum(_smooth(self._inside.astype(np.float64), _SMOOTH), 1e-9)
+
+    @cached_property
+    def _polynomials(self) -> tuple[F64, F64]:
+        down, across = (_polynomials(size) for size in self._inside.shape)
+        return down, across
+
+
+def stack(frames: Sequence[Codes], photosites: Photosites, rounding: Rounding = _EACH_CODE) -> Stack:
+    """Reduce frames (rows, cols) to their statistics over the photosites of a channel.
 
     The mean of each frame is subtracted before the temporal variance, as in EMVA 1288: the lamp's drift, or an offset
     of the frame, is not noise of photosites. Row offsets contribute to that mean: their share is added back.
     The scatter of rows and columns enters the standard deviations, so that offsets common to a row or a column do
     not count as many independent numbers.
     """
-    count, photosites = len(frames), int(np.count_nonzero(channel))
+    count, size = len(frames), len(photosites)
     if count < 2:
         raise InvalidValueError(f"{count}; two or more show what changes", key="frames")
-    row, col = (_lines(channel, axis) for axis in (0, 1))
-    rows, cols = int(row.max()) + 1, int(col.max()) + 1
-    seen = [frame[channel] for frame in frames]
+    rows, cols = (int(line.max()) + 1 for line in photosites.lines)
+    seen = [photosites.of(frame) for frame in frames]
     largest = max(int(codes.max()) for codes in seen)
     smallest, near = min(int(codes.min()) for codes in seen), 1.5 * rounding.step_dn
     low, at = (sum(int(np.count_nonzero(c == code)) for c in seen) for code in (min(smallest, 0), largest))
     below = sum(int(np.count_nonzero(c > largest - near)) for c in seen) - at
     if smallest < 0 and low <= sum(int(np.count_nonzero(c < smallest + near)) for c in seen) - low:
         low = 0  # signed codes thin out towards the smallest
-    total, squares, means, means_of_rows = np.zeros(photosites), np.zeros(photosites), [], []
+    total, squares, means, means_of_rows = np.zeros(size), np.zeros(size), [], []
     for codes in seen:
         means.append(float(codes.mean(dtype=np.float64)))
         off: F64 = codes.astype(np.float64) - means[-1]
         total += off
         squares += off * off
-        means_of_rows.append(_means(off, row))
+        means_of_rows.append(photosites.means_of_rows(off))
     mean = total / count
     variance = (squares - count * mean * mean) / (count - 1)
     apart = float(variance.mean())
@@ -188,21 +263,25 @@ def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_C
         of_rows = float(np.var(means_of_rows, axis=0, ddof=1).mean()) * rows / (rows - 1)
         temporal = apart + of_rows / rows
     else:
-        of_rows, temporal = 0.0, apart * photosites / max(1, photosites - 1)
+        of_rows, temporal = 0.0, apart * size / max(1, size - 1)
     between = float(np.var(means, ddof=1)) / count
-    by_rows = max(temporal / photosites, of_rows / rows) / count
+    by_rows = max(temporal / size, of_rows / rows) / count
     # Temporal scatter contributes to the mean, divided by the number of frames.
-    scatter = apart * photosites / max(1, photosites - 1)
-    temporal_sigma = max(_error_by_rows(variance, row), _error_by_chance(temporal, of_rows, (photosites, rows), count))
+    scatter = apart * size / max(1, size - 1)
+    temporal_sigma = max(
+        _error_by_rows(photosites.means_of_rows(variance)), _error_by_chance(temporal, of_rows, (size, rows), count)
+    )
 
     def pattern(values: F64, of_rows: float, scatter: float) -> Pattern:
-        spatial, of_cols, of_means = float(values.var(ddof=1)), *(_variance_of_lines(values, k) for k in (col, row))
+        spatial, (row, col) = float(values.var(ddof=1)), photosites.lines
+        of_cols = _variance_of_lines(values, photosites.means_of_cols(values), col)
+        of_means = _variance_of_lines(values, photosites.means_of_rows(values), row)
         more = temporal_sigma / count
-        lines = math.sqrt(2.0 / photosites * spatial**2 + 2.0 / cols * of_cols**2 + 2.0 / rows * of_means**2 + more**2)
-        chance = _chance(spatial, scatter / count) / photosites + _chance(of_means, of_rows / count) / rows
+        lines = math.sqrt(2.0 / size * spatial**2 + 2.0 / cols * of_cols**2 + 2.0 / rows * of_means**2 + more**2)
+        chance = _chance(spatial, scatter / count) / size + _chance(of_means, of_rows / count) / rows
         return Pattern(dn2=spatial - scatter / count, sigma_dn2=lines, chance_dn2=math.sqrt(chance + more**2))
 
-    fine, remaining = _fine(mean, channel)
+    remaining = photosites.remaining
     return Stack(
         frames=count,
         mean_dn=float(np.mean(means)),
@@ -212,12 +291,16 @@ def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_C
         variance_dn2=temporal,
         variance_sigma_dn2=temporal_sigma,
         pattern=pattern(mean, of_rows, scatter),
-        fine=pattern(fine, of_rows * _OF_ROWS / remaining, max(scatter - of_rows * (1.0 - _OF_ROWS / remaining), 0.0)),
+        fine=pattern(
+            photosites.fine(mean),
+            of_rows * _OF_ROWS / remaining,
+            max(scatter - of_rows * (1.0 - _OF_ROWS / remaining), 0.0),
+        ),
         rounding=rounding,
         coarser_dn2=_coarser_dn2(seen, rounding, temporal),
-        clipped_low=low / (count * photosites),
+        clipped_low=low / (count * size),
         largest_dn=largest,
-        at_end=at / (count * photosites) if at > below else 0.0,
+        at_end=at / (count * size) if at > below else 0.0,
     )
 
 
@@ -249,32 +332,11 @@ def _coarser_dn2(codes: Sequence[Codes], rounding: Rounding, temporal_dn2: float
     return (rounding.summed or 1) * float(own + along) - rounding.dn2
 
 
-def _fine(mean: F64, channel: Chosen) -> tuple[F64, float]:
-    """Return the high-pass filtered photosites of a channel, scaled to preserve the variance of white noise.
-
-    mean : of the photosites where ``channel`` is true. Also returned: the part of that variance left by the high-pass
-
-    A polynomial is subtracted first: at borders, and with steep fall-off, the high-pass alone leaves some shading.
-    """
-    there = np.ix_(channel.any(axis=1), channel.any(axis=0))
-    inside = channel[there]
-    places, weight = np.zeros(inside.shape), inside.astype(np.float64)
-    places[inside] = mean
-
-    def smooth(values: F64, kernel: F64) -> F64:
-        for axis in (0, 1):
-            values = scipy.ndimage.correlate1d(values, kernel, axis=axis, mode="constant")
-        return values
-
-    around = np.maximum(smooth(weight, _SMOOTH), 1e-9)
-    filled = np.where(inside, places, smooth(places, _SMOOTH) / around)
-    down, across = (_polynomials(size) for size in filled.shape)
-    left = np.where(inside, filled - down @ (down.T @ filled @ across) @ across.T, 0.0)
-    one = _SMOOTH.max() ** 2 / around
-    white = 1.0 - 2.0 * one + smooth(weight, _SMOOTH**2) / around**2
-    remaining = float(np.mean(white[inside])) * max(1.0 - down.shape[1] * across.shape[1] / mean.size, 1e-9)
-    fine: F64 = (left - smooth(left, _SMOOTH) / around)[inside] / math.sqrt(remaining)
-    return fine, remaining
+def _smooth(values: F64, kernel: F64) -> F64:
+    """Return an array (rows, cols) filtered along both axes."""
+    for axis in (0, 1):
+        values = scipy.ndimage.correlate1d(values, kernel, axis=axis, mode="constant")
+    return values
 
 
 def _polynomials(size: int) -> F64:
@@ -302,28 +364,16 @@ def _chance(whole: float, noise: float) -> float:
     return 2.0 * noise * (2.0 * max(whole - noise, 0.0) + noise)
 
 
-def _lines(channel: Chosen, axis: int) -> I64:
-    """Return the index of each photosite's row (axis 0) or column (axis 1), counting only non-empty ones."""
-    there = channel.any(axis=1 - axis)
-    number: I64 = (np.cumsum(there) - 1)[np.nonzero(channel)[axis]]
-    return number
-
-
-def _means(values: F64, line: I64) -> F64:
-    """Return the mean of each line."""
-    means: F64 = np.bincount(line, values) / np.bincount(line)
-    return means
-
-
-def _error_by_rows(values: F64, row: I64) -> float:
+def _error_by_rows(rows: F64) -> float:
     """Return the standard deviation of a mean over photosites, from the scatter of its rows."""
-    rows = _means(values, row)
     return float(np.std(rows, ddof=1)) / math.sqrt(len(rows)) if len(rows) > 1 else 0.0
 
 
-def _variance_of_lines(mean: F64, line: I64) -> float:
-    """Return the variance of offsets of columns or rows, beyond that expected by chance."""
-    lines = _means(mean, line)
+def _variance_of_lines(mean: F64, lines: F64, line: I64) -> float:
+    """Return the variance of offsets of columns or rows, beyond that expected by chance.
+
+    lines : their means;  line: (n,) that of each photosite
+    """
     if len(lines) < 2:
         return 0.0
     # The chance level comes from variation within lines, without their offsets.

@@ -109,20 +109,17 @@ class Seen:
         grid = 0.5 * (1.0 + np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2))
         weight = 0.25 * np.outer(w, w).ravel()
         is_cut = self.states[1][cells[:, 0], cells[:, 1]]
-        counts = np.full(len(cells), order * order)
-        parts = {}
+        counts, of_cut = np.full(len(cells), order * order), np.empty((0, 3))
         if self.cut is not None:
-            for k in np.flatnonzero(is_cut).tolist():
-                parts[k] = cut_nodes(*self.cut, int(cells[k, 1]), int(cells[k, 0]), order)
-                counts[k] = len(parts[k])
+            first, of_cut = cut_nodes(*self.cut, cells[is_cut], order)
+            counts[is_cut] = np.diff(first)
         begin = np.concatenate([[0], np.cumsum(counts)])
         item = np.repeat(cells, counts, axis=0)
         t, weights = np.empty((len(item), 2)), np.empty(len(item))
         here = np.repeat(~is_cut, counts)
         t[here] = np.tile(grid, (int(np.count_nonzero(~is_cut)), 1))
         weights[here] = np.tile(weight, int(np.count_nonzero(~is_cut)))
-        for k, part in parts.items():
-            t[begin[k] : begin[k + 1]], weights[begin[k] : begin[k + 1]] = part[:, :2], part[:, 2]
+        t[~here], weights[~here] = of_cut[:, :2], of_cut[:, 2]
         places = t + item[:, ::-1]
         light = self.values(places) * (weights * self.step**2)
         return begin, self.corner + np.einsum("na,ax->nx", places, self.sides), np.ascontiguousarray(light.T)

@@ -219,6 +219,8 @@ def _add_light(t: Table, x: float, y: float, values: F64, k: int, light: F64, to
         for side in range(2 if t.sines and n else 1):
             power = (s if side else c) * one * one * one
             for p in range(POWERS):
+                if r > t.reach[p]:
+                    break
                 for plane in range(len(total)):
                     tails[n + side * t.cosines, p, plane] += values[k, plane] * power
                 power *= one

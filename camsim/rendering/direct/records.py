@@ -68,6 +68,7 @@ class Table(NamedTuple):
     cosines, sines : numbers of harmonics of order above 0
     ends     : (harmonics, kinds) limit of G at infinite r;  ending: how many cosines, from 0 on, it needs
     powers   : (harmonics, kinds, POWERS) coefficients of the PSF at r^{−3}, r^{−4} …;  far: as ``ending``
+    reach    : (POWERS,) falling, distance from which each of them is negligible, in all the light of places farther off
     kinds    : number of kinds of light
     """
 
@@ -83,6 +84,7 @@ class Table(NamedTuple):
     ends: F64
     ending: int
     powers: F64
+    reach: F64
     far: int
     kinds: int
 

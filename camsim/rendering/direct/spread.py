@@ -33,6 +33,7 @@ FIRST_ZONE, WIDER = 8.0, 6.0  # zones of equal density: size of the first in per
 ANGLES, FEW_HARMONICS = 8, 3.0  # directions beyond the highest order; radians of phase with hardly a harmonic
 ROUNDING = 1e-13  # of signals that are linear combinations of others
 NOTHING = 1e-300  # keeps a quotient of zeros finite
+OF_POWER = 0.1  # error of leaving out a power of 1/r, in units of a table's
 FIRST_POWER, OF_MOMENTS = 0.2, 4.0  # light beyond a distance in λN; allowed error, in units of a table's
 MOST_CACHED = 12  # tables, some MB each: those of one camera's channels and pictures
 
@@ -165,6 +166,7 @@ def _made(
         ends=ends,
         ending=_last(np.abs(ends).max(axis=1) > allowed, half),
         powers=powers,
+        reach=_reach(powers, OF_POWER * allowed),
         far=_last(total > allowed, half),
         kinds=len(few),
     )
@@ -181,6 +183,14 @@ def _zones(highest: float, until: float, extent: float, allowed: float) -> tuple
         per_pitch.append(highest * min(max(rows_a_wave, FEWEST_ROWS), MOST_ROWS))
         starts.append(WIDER * starts[-1] if len(starts) > 1 else extent + FIRST_ZONE / highest)
     return starts[:-1], per_pitch
+
+
+def _reach(powers: F64, allowed: float) -> F64:
+    """Return where each power of 1/r ends: 2π∫ c·r^{−3−p} r dr of all beyond is allowed, and so of the powers after it."""
+    over = np.arange(1.0, POWERS + 1.0)
+    light = 2.0 * math.pi / over * np.abs(powers).max(axis=(0, 1))
+    reach: F64 = np.maximum.accumulate(((light / allowed) ** (1.0 / over))[::-1])[::-1]
+    return reach
 
 
 def _last(some: np.ndarray, cosines: int) -> int:

@@ -35,7 +35,9 @@ class Prnu(ElectronicStage):
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Multiply the mean charge by each photosite's gain."""
-        return electrons * gains(self.fraction, context.normals(self.stream, electrons.shape))
+        lit = gains(self.fraction, context.normals(self.stream, electrons.shape))
+        lit *= electrons
+        return lit
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
         """Return the number of normals that are drawn for the pattern."""
