@@ -371,8 +371,8 @@ CORRUPTIONS = {
         {"scene": "photograph", "method": "fourier"},
     ),
     "splines too strong": (
-        samples.Splines,
-        "passes",
+        wave_fields,
+        "_squares",
         returning(stronger),
         {"scene": "turned photograph", "method": "fourier"},
     ),

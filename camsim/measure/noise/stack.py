@@ -212,8 +212,9 @@ class Photosites:
         """Part of the variance of white noise that is left by the high-pass, before the scaling of ``fine``."""
         one = _SMOOTH.max() ** 2 / self._around
         white = 1.0 - 2.0 * one + _smooth(self._inside.astype(np.float64), _SMOOTH**2) / self._around**2
-        terms = math.prod(each.shape[1] for each in self._polynomials)
-        return float(np.mean(white[self._inside])) * max(1.0 - terms / len(self), 1e-9)
+        down, across = self._polynomials
+        terms = down.shape[1] * across.shape[1]
+        return float(np.mean(white[self._inside]) * max(1.0 - terms / len(self), 1e-9))
 
     @cached_property
     def _inside(self) -> Chosen:

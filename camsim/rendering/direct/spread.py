@@ -186,7 +186,7 @@ def _zones(highest: float, until: float, extent: float, allowed: float) -> tuple
 
 
 def _reach(powers: F64, allowed: float) -> F64:
-    """Return where each power of 1/r ends: 2π∫ c·r^{−3−p} r dr of all beyond is allowed, and so of the powers after it."""
+    """Return where each power of 1/r, with those after it, ends: 2π∫ c·r^{−3−p} r dr of all beyond is allowed."""
     over = np.arange(1.0, POWERS + 1.0)
     light = 2.0 * math.pi / over * np.abs(powers).max(axis=(0, 1))
     reach: F64 = np.maximum.accumulate(((light / allowed) ** (1.0 / over))[::-1])[::-1]

@@ -40,6 +40,18 @@ class Thinned(NamedTuple):
     steps: tuple[float, ...]
     width: int
 
+    def within(self, count: int, low: float, high: float) -> range:
+        """Return which of ``count`` coarse samples lie between two positions, with one on either side."""
+        first, last = ((end - self.first) / self.steps[-1] for end in (low, high))
+        return range(max(math.floor(first), 0), min(math.ceil(last) + 1, count))
+
+    def part(self, layer: Layer, rows: range, cols: range) -> F64:
+        """Return the light of a layer's planes (planes, rows, cols) at a part of the samples."""
+        part = slice(rows.start, rows.stop), slice(cols.start, cols.stop)
+        whole = self.whole[part]
+        light = self.light[:, *part] - layer.offset[:, None, None] * whole
+        return np.concatenate([light, whole[None]]) if layer.ones else light
+
     def passes(self, frequency: F64) -> F64:
         """Return the factor that gives the picture's transform along an axis, at frequencies in cycles per sample."""
         beta = _beta(self.width)
@@ -71,14 +83,13 @@ def spacing(layer: Layer, cut: float) -> float:
 
 
 def thinned(layer: Layer, cuts: tuple[float, ...], precision: float) -> Thinned:
-    """Return the light of a picture that nothing hides, with transforms up to the last of some falling ``cuts``."""
+    """Return a picture that nothing hides, with transforms up to the last of some falling ``cuts``, cycles/pitch."""
     samples, width = _Samples(layer), FEWEST
     while (x := math.pi * width * math.sqrt(1.0 - 2.0 * HIGHEST)) / math.sinh(x) > 0.5 * precision:
         width += 1
     made = _thinned(samples, tuple(spacing(layer, cut) for cut in cuts), width)
     samples.layer = None
-    light = made.light - layer.offset[:, None, None] * made.whole
-    return made._replace(light=np.concatenate([light, made.whole[None]]) if layer.ones else light)
+    return made
 
 
 @functools.lru_cache(maxsize=MOST_KEPT)

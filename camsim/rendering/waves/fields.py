@@ -35,6 +35,7 @@ MOST_FINER = 4e7  # largest number of samples after subdivision
 FAR_IN = 8  # samples: distance from a border beyond which no spline is affected
 THINNED = 2.5  # periods of the highest frequency: over half of the kernel by which a picture is thinned
 FINEST, MOST_THINNED = 0.5, 8e6  # least spacing of a thinned picture over the picture's, and most samples of it
+NEAR_ZERO = 1e-4  # radians: below, a sine over its angle is that of a series
 POINTS = -1  # degree of splines that are points
 # Corrections are light of a narrow strip. The error of a Gauss rule of n nodes, over its precision, is (f/cut)²ⁿ, and a
 # lens passes at most 1 − f/cut: 1/((n + ½)(n + 1)) of it remains.
@@ -124,8 +125,7 @@ class FieldSource:
             return out if there else None
         there = self._add_points(out, splines.places, splines.light, lattice, origin)
         if there:
-            for along in _along(layer, lattice):
-                out *= splines.passes(along)
+            _multiply(out, _squares(layer, lattice, splines.step) ** (splines.degree + 1))
         there |= self._add_corrections(out, lattice, origin)
         return out if there else None
 
@@ -143,22 +143,26 @@ class FieldSource:
     def _thinned(self, out: Complex, layer: Layer, lattice: Lattice, origin: tuple[float, float]) -> bool:
         """Add the transform of a picture that nothing hides from fewer samples; return whether there are any."""
         thin = thinned(layer, tuple(cut for cut in self.far if cut >= lattice.cut * (1.0 - WHOLE)), self.precision)
-        light, step = self._mixed(thin.light), thin.steps[-1]
         # Coarse samples of light within the lattice's box may lie beside it.
         beside = THINNED / lattice.cut
         low, high = ((x + side, y + side) for (x, y), side in ((lattice.low, -beside), (lattice.high, beside)))
         wider = dataclasses.replace(lattice, low=low, high=high)
-        rows, cols = (thin.first + step * np.arange(count) for count in thin.whole.shape)
+        across, down = layer.within(np.add(low, origin), np.add(high, origin))
+        here = [thin.within(n, *ends) for n, ends in zip(thin.whole.shape, (down, across), strict=True)]
+        if not all(here):
+            return False
+        light, step = self._mixed(thin.part(layer, *here)), thin.steps[-1]
+        rows, cols = (thin.first + step * np.array(one) for one in here)
         if layer.upright:
             light, first = light / step**2, layer.places(np.array([[cols[0], rows[0]]]))[0]
             light = light.transpose(0, 2, 1) if self._is_turned else light
             there = self._upright(out, light, first, step * layer.step, wider, origin, POINTS)
         else:
-            across, down = layer.step * cols[:, None] * layer.axes[0], layer.step * rows[:, None] * layer.axes[1]
-            places = layer.places(np.zeros((1, 2))) + down[:, None] + across
+            ways = layer.step * rows[:, None] * layer.axes[1], layer.step * cols[:, None] * layer.axes[0]
+            places = layer.corner + ways[0][:, None] + ways[1]
             there = self._add_points(out, places, layer.step**2 * light, wider, origin)
-        for along in _along(layer, lattice):
-            out *= thin.passes(layer.step * along)
+        one, other = (thin.passes(layer.step * along) for along in _along(layer, lattice))
+        _multiply(out, one * other)
         return there
 
     def _mixed(self, planes: F64) -> F64:
@@ -270,6 +274,32 @@ def _along(layer: Layer, lattice: Lattice) -> list[F64]:
     columns, rows = lattice.counts
     fx, fy = np.arange(columns) / lattice.periods[0], np.arange(1 - rows, rows)[:, None] / lattice.periods[1]
     return [fx * axis[0] + fy * axis[1] for axis in layer.axes]
+
+
+def _squares(layer: Layer, lattice: Lattice, side: float) -> F64:
+    """Return the transform of a square with a turned picture's axes at a lattice's frequencies (n, m); side: pitches.
+
+    The sine of a sum of phases follows from those of its terms. Near 0 it loses digits to the quotient's series.
+    """
+    columns, rows = lattice.counts
+    squares = np.ones((2 * rows - 1, columns))
+    for axis in math.pi * side * layer.axes:
+        across = axis[0] / lattice.periods[0] * np.arange(columns)
+        down = axis[1] / lattice.periods[1] * np.arange(1 - rows, rows)[:, None]
+        phase, sine = across + down, np.sin(down) * np.cos(across)
+        sine += np.cos(down) * np.sin(across)
+        small = np.abs(phase) < NEAR_ZERO
+        few = 1.0 - phase[small] ** 2 / 6.0
+        phase[small] = 1.0
+        sine /= phase
+        sine[small] = few
+        squares *= sine
+    return squares
+
+
+def _multiply(out: Complex, factor: F64) -> None:
+    """Multiply transforms by a real factor (n, m), in their precision."""
+    out *= factor.astype(out.real.dtype, copy=False)
 
 
 class _Along(NamedTuple):
