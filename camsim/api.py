@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar
 
 from camsim.camera.body import CustomLens
 from camsim.camera.camera import Camera
 from camsim.camera.capture import Capture, Progress
 from camsim.camera.frame import Frame, Products, check_products
-from camsim.camera.shot import Shot
-from camsim.config import build, build_sensor, build_shot, coverage, csv_curves, library, overrides, schema, yaml_source
+from camsim.config import build, build_sensor, coverage, csv_curves, library, overrides, schema, yaml_source
 from camsim.config.build_sensor import SensorDocument
 from camsim.config.lengths import SceneDocument
 from camsim.config.lens_files import read_lens_file
@@ -28,8 +27,11 @@ from camsim.errors import CamsimError, ConfigError, Fault, InvalidValueError
 from camsim.optics import FieldLens, Lens
 from camsim.optics.no_lens import NO_LENS
 
+if TYPE_CHECKING:
+    from camsim.camera.shot import Shot
+
 PathOrName = str | os.PathLike[str]
-Exposed: TypeAlias = Capture | Shot
+Exposed: TypeAlias = "Capture | Shot"
 """A validated exposure: a camera with a scene, or a sensor with given light."""
 T = TypeVar("T")
 M = TypeVar("M", schema.SceneFile, schema.SensorFile, schema.ShotFile)
@@ -106,7 +108,7 @@ def load(
     ready = load_any(
         scene, sensor=sensor, overrides=overrides, seed=seed, products=products, sensors=sensors, held=held
     )
-    if isinstance(ready, Shot):
+    if not isinstance(ready, Capture):
         message = "none, and this is of a scene that a lens shows; camsim capture, sweep and dataset take light alone"
         raise ConfigError([Fault(os.fspath(scene), 0, 0, "lens", message)])
     return ready
@@ -225,6 +227,8 @@ def _capture(
 def _shot(document: Validated[schema.ShotFile], sensor: SensorDocument | None, seed: int | None) -> Shot | None:
     frame = sensor.part(("frame",), schema.SensorFrame) if sensor else None
     camera = build_sensor.camera(sensor, NO_LENS) if sensor else None
+    from camsim.config import build_shot  # imported here, as captures of scenes do not need it
+
     return build_shot.shot(document, camera, frame, seed)
 
 
@@ -286,7 +290,8 @@ def _read_scene(located: library.Located, changes: Iterable[Override]) -> Valida
     """Read a capture's file; with ``lens: none`` it has a different schema."""
     mine = [change for change in changes if not change.of_sensor]
     document = overrides.apply(yaml_source.read(located.path, located.displayed), mine, schema.SceneFile)
-    if build_shot.has_no_lens(document):
+    lens = document.find(("lens",))
+    if lens is not None and lens.content == "none":
         return _read(located, changes, schema.ShotFile)
     return Validated.of(csv_curves.read_in(document, schema.SceneFile), schema.SceneFile)
 

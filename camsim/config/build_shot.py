@@ -11,18 +11,11 @@ from camsim.camera.given_light import GivenLight
 from camsim.camera.sensor import Sensor, usual_exposure
 from camsim.camera.shot import Shot
 from camsim.config import build, library, schema
-from camsim.config.tree import Document
 from camsim.config.validated import Validated
 from camsim.sensor.exposure import Exposure
 from camsim.spectra.light import Light
 
 ShotDocument: TypeAlias = Validated[schema.ShotFile]
-
-
-def has_no_lens(document: Document) -> bool:
-    """Whether a file says ``lens: none``: it has given light instead of a scene."""
-    lens = document.find(("lens",))
-    return lens is not None and lens.content == "none"
 
 
 def shot(

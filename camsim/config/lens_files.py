@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from camsim.config import library, schema, yaml_source
+from camsim.config import library, yaml_source
 from camsim.config.library import Located
 from camsim.config.tree import Document
 from camsim.config.validated import Validated
@@ -22,11 +22,13 @@ def read_lens_file(located: Located, *, focus_um: float = 0.0, transmission: Spe
 
 def lens_of(source: Document, *, focus_um: float = 0.0, transmission: Spectrum = 1.0) -> FieldLens:
     """Return the lens of a file's content; raises ConfigError with all of its faults."""
-    document = Validated.of(source, schema.LensFile)
+    from camsim.config.schema.lens_file import LensFile  # imported here, as few captures need it
+
+    document = Validated.of(source, LensFile)
     table = document.model
     lens = None
     if table is not None:
-        given: dict[str, Any] = {key: getattr(table, key) for key in schema.LensFile.model_fields if key not in ABOUT}
+        given: dict[str, Any] = {key: getattr(table, key) for key in LensFile.model_fields if key not in ABOUT}
         lens = document.build((), lambda: FieldLens(**given, focus_um=focus_um, transmission=transmission))
     if lens is None:
         raise ConfigError(document.faults)

@@ -13,7 +13,9 @@ from pydantic_core import PydanticUndefined
 
 from camsim.config.expect import Expected, expected_of_field, words_of
 from camsim.config.faults import format_of
-from camsim.config.schema import DatasetFile, LensFile, SceneFile, SensorFile, ShotFile, StudyFile, Table
+from camsim.config.schema import SceneFile, SensorFile, ShotFile, Table
+from camsim.config.schema.lens_file import LensFile
+from camsim.config.schema.study import DatasetFile, StudyFile
 
 Kind: TypeAlias = Literal["scene", "sensor", "lens", "study", "dataset"]
 

@@ -9,7 +9,6 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from camsim.errors import InputError
-from camsim.files.reading import opened
 
 HEADS = ("row", "col", "e_per_s")
 _MOST_BYTES = 64 << 20
@@ -24,6 +23,8 @@ def read_hot(path: Path, displayed: str) -> tuple[Hot, ...]:
 
     Raises InputError in one sentence.
     """
+    from camsim.files.reading import opened  # imported here: with all readers, which few captures need
+
     with opened(path) as (file, size):
         if size > _MOST_BYTES:
             raise InputError(f"{displayed!r} has {size} bytes; {_MOST_BYTES} are the most of a list of photosites")

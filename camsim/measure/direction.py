@@ -7,13 +7,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from camsim.core.arrays import F64
 from camsim.measure import spline
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.solve import fitted, solve
 from camsim.measure.spline import TURN, Model, Placed, Shape
+from camsim.measure.student import student
 
 _FEW = 4000
 """Photosites near an edge above which the sum of squares is close enough to a parabola."""
@@ -62,7 +62,7 @@ def direction_error_rad(
     close = np.abs(rows.d) <= 1.25 * model.half_width
     near, rows = Near(*(part[close] for part in near)), rows.only(close)
     freedom = max(rows.d.size - model.columns, 3)
-    few = -float(scipy.special.stdtrit(freedom, scipy.special.ndtr(-_SURE))) / _SURE  # scipy.stats takes half a second
+    few = student(freedom, math.erfc(_SURE / math.sqrt(2.0))) / _SURE
     error = few * linear_rad * _of_noise(rows, near.signal, model, shape.model, rise, variance)
     if rows.d.size > _FEW or not 0.0 < error < math.inf:
         return error

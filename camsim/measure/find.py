@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import scipy
 
 from camsim.core.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.measure.geometry import Roi
 from camsim.measure.grow import grow
 from camsim.measure.picture import LARGEST_SIGNAL, Picture, Plane
+from camsim.numerics.filtering import bell, filtered
 
 _LARGEST = 2500
 """Most cells along the side of a square picture: up to 6 megapixels a cell is a photosite."""
@@ -106,8 +106,8 @@ def find_edges(picture: Picture) -> Found:
     cells = _cells(picture)
     if min(cells.grey.shape) < 3:
         return Found(edges=())
-    smooth = scipy.ndimage.gaussian_filter(cells.grey, 1.0)
-    gx, gy = scipy.ndimage.sobel(smooth, axis=1) / 8.0, scipy.ndimage.sobel(smooth, axis=0) / 8.0
+    smooth, slope = np.convolve(bell(1.0), [0.25, 0.5, 0.25]), np.convolve(bell(1.0), [-0.5, 0.0, 0.5])
+    gx, gy = filtered(cells.grey, smooth, slope), filtered(cells.grey, slope, smooth)
     strength = np.hypot(gx, gy)
     some = (slice(None, None, max(1, math.isqrt(strength.size // _SAMPLES_FOR_NOISE))),) * 2
     middle = float(np.median(strength[some]))

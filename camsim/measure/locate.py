@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import scipy
 
 from camsim.core.arrays import F64
 from camsim.core.words import percent
 from camsim.errors import UnsupportedError
 from camsim.measure.geometry import EdgeLine, Roi
+from camsim.numerics.filtering import bell, filtered
 
 LEAST_CONTRAST = 0.05
 _MOST_LINES = 256
@@ -47,7 +47,7 @@ def locate(samples: npt.NDArray[Any], x: F64, y: F64, *, roi: Roi, what: str) ->
             "8 columns of this channel, 32 or more for good figures",
             stage=what,
         )
-    smooth = scipy.ndimage.gaussian_filter(image, _SMOOTH, mode="nearest")
+    smooth = filtered(image, bell(_SMOOTH), bell(_SMOOTH), beyond="edge")
     gx, gy = _central(smooth, 1) / (x[1] - x[0]), _central(smooth, 0) / (y[1] - y[0])
     upright = float(np.sum(gx**4)) >= float(np.sum(gy**4))
     if not upright:

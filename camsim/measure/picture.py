@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import scipy
 
 from camsim.core.arrays import F64, is_masked
 from camsim.core.number_kinds import array_of
@@ -20,6 +19,7 @@ from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
 from camsim.measure.libraw import Noted
+from camsim.numerics.filtering import bell, filtered
 
 LARGEST_SIGNAL = 1e30
 """Larger than any light, electrons or codes; its eighth power is still finite."""
@@ -191,7 +191,8 @@ class Channel:
             where = np.ix_((y - roi.row).astype(np.intp), (x - roi.col).astype(np.intp))
             total[where], weight[where] = stored - plane.black, 1.0
         width, every = 0.3 * self.period_pixel, max(1, math.floor(self.pitch_pixel))
-        blurred, weights = (scipy.ndimage.gaussian_filter(part, width, truncate=8.0) for part in (total, weight))
+        near = bell(width, truncate=8.0)
+        blurred, weights = (filtered(part, near, near) for part in (total, weight))
         smooth = blurred / np.maximum(weights, 1e-12)
         x = roi.col + 0.5 + np.arange(0, roi.cols, every, dtype=np.float64)
         y = roi.row + 0.5 + np.arange(0, roi.rows, every, dtype=np.float64)

@@ -6,7 +6,6 @@ import functools
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from camsim.core.arrays import F64, I64
 from camsim.measure import spline
@@ -34,18 +33,18 @@ class _Factored(NamedTuple):
         if stray is not None:
             matrix[range(n + STRAY, n + EXTRAS), range(n + STRAY, n + EXTRAS)] += stray
         chosen = np.flatnonzero(used)
-        part = matrix[chosen][:, chosen]
+        part = matrix[np.ix_(chosen, chosen)]
         # Without photosites the curve continues smoothly: a tiny penalty on its third differences.
         part[:n, :n] += _RIDGE * v.size / n * _third_differences(n)
         np.fill_diagonal(part, (1.0 + 1e-14) * np.diag(part))
-        factor, fault = scipy.linalg.lapack.dpotrf(part, lower=True)  # half of cho_factor's time goes to its checks
-        if fault:
+        if not spline.factor(part):
             raise np.linalg.LinAlgError("the normal equations of an edge's model are singular")
-        return cls(chosen, factor, right[chosen])
+        return cls(chosen, part, right[chosen])
 
     def solution(self, right: F64) -> F64:
-        solution: F64 = scipy.linalg.lapack.dpotrs(self.factor, right, lower=True)[0]
-        return solution
+        solution = right.reshape(len(right), -1).copy()
+        spline.substitute(self.factor, solution)
+        return solution.reshape(right.shape)
 
 
 def fitted(rows: Placed, v: F64, model: Model, *, tail: bool = True, stray: F64 | None = None) -> F64:

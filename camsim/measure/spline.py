@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.core.arrays import F64
+from camsim.core.arrays import F64, distinct
 from camsim.core.kernels import kernel
 
 TAIL, ACROSS, ALONG, TURN, BEND, STRAY = range(6)
@@ -167,6 +167,41 @@ def normal_equations(rows: Placed, v: F64, model: Model) -> tuple[F64, F64]:
         for b in range(a):
             matrix[a, b] = matrix[b, a]
     return matrix, right
+
+
+@kernel()
+def factor(matrix: F64) -> bool:
+    """Replace a symmetric matrix UᵀU by its Cholesky factor U; nothing below the diagonal is read or written.
+
+    False if the matrix is not positive definite. To import LAPACK from SciPy would take as long as a thousand fits.
+    """
+    for k in range(len(matrix)):
+        if not matrix[k, k] > 0.0:
+            return False
+        root = math.sqrt(matrix[k, k])
+        for j in range(k, len(matrix)):
+            matrix[k, j] /= root
+        for i in range(k + 1, len(matrix)):
+            for j in range(i, len(matrix)):
+                matrix[i, j] -= matrix[k, i] * matrix[k, j]
+    return True
+
+
+@kernel()
+def substitute(upper: F64, right: F64) -> None:
+    """Replace right-hand sides (n, m) by solutions of the system that ``factor`` factored."""
+    for k in range(len(upper)):
+        for j in range(right.shape[1]):
+            right[k, j] /= upper[k, k]
+        for i in range(k + 1, len(upper)):
+            for j in range(right.shape[1]):
+                right[i, j] -= upper[k, i] * right[k, j]
+    for k in range(len(upper) - 1, -1, -1):
+        for i in range(k + 1, len(upper)):
+            for j in range(right.shape[1]):
+                right[k, j] -= upper[k, i] * right[i, j]
+        for j in range(right.shape[1]):
+            right[k, j] /= upper[k, k]
 
 
 @kernel(allocates=True)
@@ -321,7 +356,7 @@ def transform_rows(frequency: F64, model: Model, reach: tuple[float, float] | No
         panels = max(8, math.ceil((reach[0] + reach[1]) * max(float(frequency.max()), 0.1)))
         x, w = np.polynomial.legendre.leggauss(16)
         d_cuts = np.linspace(-reach[0], reach[1], panels + 1)
-        cuts = np.union1d(np.arctan(d_cuts), np.linspace(low, high, 9))
+        cuts = distinct(np.concatenate([np.arctan(d_cuts), np.linspace(low, high, 9)]))
         half = 0.5 * np.diff(cuts)
         angle = (0.5 * (cuts[:-1] + cuts[1:])[:, None] + half[:, None] * x).ravel()
         d = np.tan(angle)

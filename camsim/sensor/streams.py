@@ -75,10 +75,14 @@ def _drawn(serial: int, stream: int, *, rows: int, cols: int, origin: tuple[int,
         # A block is drawn row by row: rows before the window are drawn too, those after it are not.
         drawing = generator(serial, stream, block=block)
         _pass_over(drawing, skipped * frame_cols)
-        for inside in normals[row - first_row : stop - first_row, left - first_col : stop_col - first_col]:
-            _pass_over(drawing, left)
-            drawing.standard_normal(out=inside, dtype=np.float32)
-            _pass_over(drawing, frame_cols - left - inside.size)
+        together = max(1, _AT_ONCE // frame_cols)
+        for first in range(row, stop, together):
+            last = min(first + together, stop)
+            for begin in range(0, frame_cols, _AT_ONCE):
+                part = drawing.standard_normal((last - first, min(_AT_ONCE, frame_cols - begin)), dtype=np.float32)
+                low, high = (min(max(col - begin, 0), part.shape[1]) for col in (left, stop_col))
+                place = begin - first_col
+                normals[first - first_row : last - first_row, place + low : place + high] = part[:, low:high]
         row = stop
     return normals
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from camsim.config import schema
+from camsim.config.schema.study import DatasetFile
 from camsim.files.atomic import write_whole
 from camsim.files.describe import software
 from camsim.study.manifest import DONE, PARQUET, Row, sha256_of
@@ -47,7 +47,7 @@ _CONTEXT = {
 _TYPES = {bool: "sc:Boolean", int: "sc:Integer", float: "sc:Float", str: "sc:Text"}
 
 
-def write_card(folder: Path, study: Study[schema.DatasetFile], rows: Sequence[Row], *, pictures: bool) -> None:
+def write_card(folder: Path, study: Study[DatasetFile], rows: Sequence[Row], *, pictures: bool) -> None:
     """Write README.md and croissant.json; ``pictures``: whether any scene shows one."""
     good = [row for row in rows if row["status"] == DONE]
     sources = [_SPECTRA, *study.model.sources]
@@ -58,7 +58,7 @@ def write_card(folder: Path, study: Study[schema.DatasetFile], rows: Sequence[Ro
     write_whole(folder / "croissant.json", (text + "\n").encode())
 
 
-def _page(study: Study[schema.DatasetFile], rows: Sequence[Row], sources: Sequence[str]) -> str:
+def _page(study: Study[DatasetFile], rows: Sequence[Row], sources: Sequence[str]) -> str:
     model = study.model
     count = {split: sum(row["split"] == split for row in rows) for split in ("train", "val", "test")}
     lines = [
@@ -115,9 +115,7 @@ def _layout(form: str) -> str:
     )
 
 
-def _croissant(
-    folder: Path, study: Study[schema.DatasetFile], rows: Sequence[Row], sources: Sequence[str]
-) -> dict[str, Any]:
+def _croissant(folder: Path, study: Study[DatasetFile], rows: Sequence[Row], sources: Sequence[str]) -> dict[str, Any]:
     """Return Croissant 1.0 metadata: the index as a record set, the shards as a set of files."""
     names = list(dict.fromkeys(name for row in rows for name in row if name not in ("status", "message", "frame")))
     fields = [

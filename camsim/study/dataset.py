@@ -17,8 +17,7 @@ from annotated_types import Ge, Le
 
 from camsim.api import Exposed
 from camsim.camera.shot import Shot
-from camsim.config import schema
-from camsim.config.schema.study import LIGHT_FILE
+from camsim.config.schema.study import LIGHT_FILE, DatasetFile
 from camsim.core.arrays import F32
 from camsim.core.calls import in_words
 from camsim.core.note import Note
@@ -171,7 +170,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     }
 
 
-def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Exposed]]) -> list[Shard]:
+def shards_of(study: Study[DatasetFile], captures: list[tuple[Point, Exposed]]) -> list[Shard]:
     """Return a shard for each range of a split's samples; a capture with samples in two shards is listed in both."""
     ranges: dict[tuple[str, int], list[Source]] = {}
     hold, each = tuple(dict.fromkeys(study.model.hold)), study.model.crops.each
@@ -197,7 +196,7 @@ def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Expo
 
 
 def _source(
-    study: Study[schema.DatasetFile],
+    study: Study[DatasetFile],
     point: Point,
     capture: Exposed,
     split: str,
@@ -221,7 +220,7 @@ def _checksum(*made_of: Any) -> str:
     return hashlib.sha256(repr(made_of).encode()).hexdigest()
 
 
-def _crop(study: Study[schema.DatasetFile], capture: Exposed, index: int, shard: int) -> Crop:
+def _crop(study: Study[DatasetFile], capture: Exposed, index: int, shard: int) -> Crop:
     """Draw a window with the same filter phase as the capture."""
     crops, period = study.model.crops, capture.camera.cfa.period
     places = []
@@ -236,7 +235,7 @@ def _crop(study: Study[schema.DatasetFile], capture: Exposed, index: int, shard:
     return Crop(index=index, shard=shard, row=row, col=col)
 
 
-def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Exposed]]) -> list[str]:
+def _splits(study: Study[DatasetFile], captures: list[tuple[Point, Exposed]]) -> list[str]:
     """Return each capture's split: all captures of a scene are in one, for any sensor, lens, light or noise.
 
     The scenes are ordered by checksum, which is effectively random, and distributed by share.

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeAlias, TypeVar
 
-from camsim.config import library, schema, yaml_source
-from camsim.config.schema.study import LIGHT_FILE
+from camsim.config import library, yaml_source
+from camsim.config.schema.study import LIGHT_FILE, DatasetFile, StudyFile, Values, Varying
 from camsim.config.tree import Document, KeyPath
 from camsim.config.validated import Validated
 from camsim.config.yaml_text import yaml_text
@@ -23,7 +23,7 @@ from camsim.study.mapping import plain
 from camsim.study.names import Template, columns_of, field_of
 from camsim.study.values import drawn, is_drawn, listed
 
-V = TypeVar("V", bound=schema.Varying)
+V = TypeVar("V", bound=Varying)
 StudyOrFile: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 MOST_POINTS = 10_000_000
 _FILES = ("sensor", LIGHT_FILE)
@@ -116,7 +116,7 @@ class Study(Generic[V]):
         for index, (scene, fixed, _) in enumerate(places):
             settings = dict(fixed)
             for key, values in self.model.vary.items():
-                if isinstance(values, schema.Values) and is_drawn(values):
+                if isinstance(values, Values) and is_drawn(values):
                     settings[key] = drawn(values, seed=self.model.seed, key=key, index=index)
             ordered = tuple((key, settings[key]) for key in self.model.vary if key in settings)
             yield Point(index=index, scene=scene, settings=ordered)
@@ -137,16 +137,16 @@ class Study(Generic[V]):
         return itertools.product(*pairs)
 
 
-def read_study(study: StudyOrFile) -> tuple[Study[schema.StudyFile], tuple[Template, ...]]:
+def read_study(study: StudyOrFile) -> tuple[Study[StudyFile], tuple[Template, ...]]:
     """Read a study, a file or its keys as a mapping, and the templates of its files. Raises ConfigError."""
-    validated, stem = _validated(study, schema.StudyFile, "study")
+    validated, stem = _validated(study, StudyFile, "study")
     files = _templates(validated)
     return _found(validated, stem), files
 
 
-def read_dataset(dataset: StudyOrFile) -> Study[schema.DatasetFile]:
+def read_dataset(dataset: StudyOrFile) -> Study[DatasetFile]:
     """Read a data set's file, or its keys as a mapping. Raises ConfigError with every fault."""
-    return _found(*_validated(dataset, schema.DatasetFile, "dataset"))
+    return _found(*_validated(dataset, DatasetFile, "dataset"))
 
 
 def _in_yaml(value: Any) -> str:
@@ -174,7 +174,7 @@ def _found(validated: Validated[V], stem: str) -> Study[V]:
             validated.refuse(("combine",), f"zip takes lists of one length, and {stated}; or combine: product")
     if not validated.faults and model is not None:
         found = Study(name=model.name or stem, document=validated.document, model=model, scenes=scenes)
-        frames = found.count * (model.frames if isinstance(model, schema.StudyFile) else 1)
+        frames = found.count * (model.frames if isinstance(model, StudyFile) else 1)
         if frames <= MOST_POINTS:
             return found
         validated.refuse(("vary",), f"makes {frames} frames; {MOST_POINTS} are the most")
@@ -187,9 +187,9 @@ def _globbed(study: Validated[V]) -> V | None:
         return None
     folder, vary = study.document.folder, dict(model.vary)
     if model.light is not None:
-        vary = {LIGHT_FILE: schema.Values(glob=model.light), **vary}
+        vary = {LIGHT_FILE: Values(glob=model.light), **vary}
     for key, values in list(vary.items()):
-        if isinstance(values, schema.Values) and values.glob is not None:
+        if isinstance(values, Values) and values.glob is not None:
             names = glob.glob(values.glob, root_dir=folder, recursive=True)
             files = sorted(Path(name).as_posix() for name in names if (folder / name).is_file())
             if not files:
@@ -224,11 +224,11 @@ def _scenes(study: Validated[V]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _templates(study: Validated[schema.StudyFile]) -> tuple[Template, ...]:
+def _templates(study: Validated[StudyFile]) -> tuple[Template, ...]:
     given, vary = study.value(("files",)), study.value(("vary",))
     if isinstance(study.value(("light",)), str):
         vary = {LIGHT_FILE: None, **(vary if isinstance(vary, Mapping) else {})}
-    default = schema.StudyFile.model_fields["files"].default
+    default = StudyFile.model_fields["files"].default
     texts = given if isinstance(given, list) else [default if given is None else given]
     keys = tuple(vary) if isinstance(vary, Mapping) else ()
     made = []

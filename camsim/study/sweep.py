@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from camsim.api import Exposed
-from camsim.config import schema
+from camsim.config.schema.study import StudyFile
 from camsim.core.calls import in_words
 from camsim.core.typed import FilePath, check
 from camsim.errors import InvalidValueError
@@ -107,7 +107,7 @@ def check_study(study: StudyOrFile) -> None:
     validate_values(read, tuple(template.product for template in files))
 
 
-def items_of(study: Study[schema.StudyFile], files: Sequence[Template], report: Progress) -> list[Item]:
+def items_of(study: Study[StudyFile], files: Sequence[Template], report: Progress) -> list[Item]:
     """Return all validated captures; raises CamsimError with all faults."""
     names: dict[str, int] = {}
     items = []
@@ -125,7 +125,7 @@ def items_of(study: Study[schema.StudyFile], files: Sequence[Template], report: 
     return items
 
 
-def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: Point, capture: Exposed) -> Item:
+def _item(study: Study[StudyFile], templates: Sequence[Template], point: Point, capture: Exposed) -> Item:
     settings, stem = dict(point.settings), Path(point.scene).stem
     frames = study.model.frames
     files = tuple(

@@ -1,6 +1,7 @@
 """What may stand in a YAML file: names, types, ranges, units and defaults; data only, no behaviour.
 
-Every field says what it means and in which unit: messages, reference and JSON Schema are made of that.
+Every field says what it means and in which unit: messages, reference and JSON Schema are made of that. Files of lenses,
+studies and data sets, which captures do not need, are in ``lens_file`` and ``study``.
 """
 
 from camsim.config.schema.base import LISTS, Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table, Tabulated
@@ -29,7 +30,6 @@ from camsim.config.schema.lens import (
     RadialOtfLens,
     WavefrontLens,
 )
-from camsim.config.schema.lens_file import LensFile
 from camsim.config.schema.pictures import Picture, PointSource
 from camsim.config.schema.scene import (
     Background,
@@ -79,7 +79,6 @@ from camsim.config.schema.shapes import (
     Star,
     Text,
 )
-from camsim.config.schema.study import DatasetFile, StudyFile, Values, Varying
 from camsim.core.annotations import Called
 
 __all__ = [
@@ -95,7 +94,6 @@ __all__ = [
     "Curve",
     "CustomExposure",
     "CustomLight",
-    "DatasetFile",
     "Disc",
     "Ellipse",
     "EllipticalGaussianLens",
@@ -107,7 +105,6 @@ __all__ = [
     "GaussianLens",
     "Group",
     "HalfPlane",
-    "LensFile",
     "LensTable",
     "Letter",
     "LetterCfa",
@@ -155,13 +152,10 @@ __all__ = [
     "SineZonePlate",
     "SquarePhotosite",
     "Star",
-    "StudyFile",
     "Svg",
     "Table",
     "Tabulated",
     "Text",
     "TwoSpotOlpf",
-    "Values",
-    "Varying",
     "WavefrontLens",
 ]

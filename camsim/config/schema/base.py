@@ -1,7 +1,5 @@
 """What all tables of the schema share."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
@@ -14,7 +12,11 @@ from camsim.core.typed import Count, Fraction, NonNegative, Positive
 
 
 class Table(BaseModel):
-    """A YAML table: every key is known, every value has its own type, none is NaN or infinite."""
+    """A YAML table: every key is known, every value has its own type, none is NaN or infinite.
+
+    A table as the default of a key is made by ``model_construct``, which builds no validator on import. Annotations are
+    not deferred in the schema (``from __future__``): pydantic would compile each of them again.
+    """
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 

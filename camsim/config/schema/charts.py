@@ -1,7 +1,5 @@
 """Charts as tables of a scene file: every key is a parameter of the chart's function."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 import operator

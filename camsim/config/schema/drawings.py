@@ -1,7 +1,5 @@
 """Drawings as a table of a scene file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 

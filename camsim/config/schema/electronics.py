@@ -1,7 +1,5 @@
 """sensor/1, its electronics: the path of the charge, and the stage of the camera that each key makes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias

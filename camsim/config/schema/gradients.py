@@ -1,7 +1,5 @@
 """scene/1, gradients and sinusoids among its shapes."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """The lens of a scene file: its kinds, and what all of them have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -139,7 +137,7 @@ class WavefrontLens(LensTable):
     )
     reference_nm: float = Field(default=550.0, gt=0, description="wavelength of those waves, nm")
     defocus_um: float = Field(default=0.0, description="focus shift, µm; positive adds to Zernike 4")
-    pupil: Pupil = Field(default=Pupil(), description="the opening")
+    pupil: Pupil = Field(default=Pupil.model_construct(), description="the opening")
 
 
 class RadialOtfLens(LensTable):

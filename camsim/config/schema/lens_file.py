@@ -1,7 +1,5 @@
 """Lens files: wavefront, distortion and illumination over the frame, as numbers."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """scene/1, pictures and point sources among its shapes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, TypeAlias
 

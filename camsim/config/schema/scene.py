@@ -1,7 +1,5 @@
 """scene/1: one capture: scene, camera, light and exposure."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from datetime import datetime
 from typing import Annotated, Any, Literal, TypeAlias
@@ -197,13 +195,13 @@ class ShotFile(Table):
     lens: Literal["none"] = Field(description="none: the light lies on the photosites")
     light: CustomLight = Field(description="the light of the whole exposure")
     exposure: CustomExposure = Field(
-        default=CustomExposure(), description="how long, and how much the signal is amplified"
+        default=CustomExposure.model_construct(), description="how long, and how much the signal is amplified"
     )
     region: Region | None = Field(
         default=None, description="the window that the light fills; in the middle of the frame when left out"
     )
-    noise: Noise = Field(default=Noise(), description="the noise of this capture")
-    files: Files = Field(default=Files(), description="what the files hold besides their numbers")
+    noise: Noise = Field(default=Noise.model_construct(), description="the noise of this capture")
+    files: Files = Field(default=Files.model_construct(), description="what the files hold besides their numbers")
 
 
 class SceneFile(Table):
@@ -219,6 +217,6 @@ class SceneFile(Table):
     exposure: Exposure = Field(description="how long, and how much the signal is amplified")
     region: Region | None = Field(default=None, description="a window of the full frame; leave out for all of it")
     scene: SceneContent = Field(description="what is in front of the camera")
-    render: Render = Field(default=Render(), description="how accurately the image is computed")
-    noise: Noise = Field(default=Noise(), description="the noise of this capture")
-    files: Files = Field(default=Files(), description="what the files hold besides their numbers")
+    render: Render = Field(default=Render.model_construct(), description="how accurately the image is computed")
+    noise: Noise = Field(default=Noise.model_construct(), description="the noise of this capture")
+    files: Files = Field(default=Files.model_construct(), description="what the files hold besides their numbers")

@@ -1,7 +1,5 @@
 """sensor/1: one camera body."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -197,7 +195,9 @@ class SensorFile(Table):
     name: Name = Field(description="what reports and files call the camera")
     serial: int = Field(default=1, ge=0, le=2**63 - 1, description="seeds the fixed patterns")
     frame: SensorFrame = Field(description="the lattice of photosites")
-    photosite: Photosite = Field(default=SquarePhotosite(kind="square"), description="the area that collects light")
+    photosite: Photosite = Field(
+        default=SquarePhotosite.model_construct(kind="square"), description="the area that collects light"
+    )
     olpf: Olpf | None = Field(default=None, description="optical low-pass filter; leave out for none")
     filters: list[Filter] = Field(
         default=[], description="in front of the sensor (infrared cut, cover), fractions that pass; all multiply"
@@ -207,5 +207,5 @@ class SensorFile(Table):
     colour_matrices: list[MeasuredMatrix] = Field(
         default=[], description="measured ones, which DNGs carry in place of those fitted to the curves"
     )
-    charge: Charge = Field(default=Charge(), description="what a photosite does with charge")
+    charge: Charge = Field(default=Charge.model_construct(), description="what a photosite does with charge")
     readout: Readout = Field(description="from electrons to data numbers")

@@ -1,7 +1,5 @@
 """scene/1: its shapes and their keys. A key whose parameter has the same name with ``_um`` added is a length."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Tag
@@ -188,7 +186,7 @@ class Group(Table):
     """Shapes that are mirrored, scaled, turned and moved together, in this order, about the optical axis."""
 
     kind: Literal["group"] = Field(description="which shape")
-    shapes: list[Shape] = Field(description="later ones cover earlier ones")
+    shapes: "list[Shape]" = Field(description="later ones cover earlier ones")
     mirror: Literal["left-right", "up-down"] | None = Field(default=None, description="left out for neither")
     scale: Annotated[
         Annotated[Positive, Tag("number")] | Annotated[tuple[Positive, Positive], Tag("list")], by_form
@@ -198,7 +196,7 @@ class Group(Table):
     matrix: tuple[float, float, float, float, float, float] | None = Field(
         default=None, description="instead of all these: a, b, c, d, e, f as in SVG; e and f in the scene's unit"
     )
-    clip: Shape | None = Field(
+    clip: "Shape | None" = Field(
         default=None, description="nothing outside this shape is painted; its reflectance plays no part"
     )
 
@@ -207,7 +205,7 @@ class RepeatOnGrid(Table):
     """Shapes repeated in rows and columns about where they are given."""
 
     kind: Literal["repeat-on-grid"] = Field(description="which shape")
-    shapes: list[Shape] = Field(description="what is repeated; later ones cover earlier ones")
+    shapes: "list[Shape]" = Field(description="what is repeated; later ones cover earlier ones")
     cols: int = Field(default=1, ge=1, description="copies side by side")
     rows: int = Field(default=1, ge=1, description="copies below one another")
     step: Point = Field(description="from one column and one row to the next, in the scene's unit")
@@ -217,7 +215,7 @@ class RepeatOnRing(Table):
     """Shapes repeated on a ring: copies, evenly turned about its centre, the first where it is given."""
 
     kind: Literal["repeat-on-ring"] = Field(description="which shape")
-    shapes: list[Shape] = Field(description="what is repeated; later ones cover earlier ones")
+    shapes: "list[Shape]" = Field(description="what is repeated; later ones cover earlier ones")
     count: int = Field(ge=1, description="copies")
     centre: Point = Field(default=(0.0, 0.0), description="of the ring, in the scene's unit")
     upright: bool = Field(

@@ -1,7 +1,5 @@
 """study/1: many captures of one scene or several, with parameters that vary."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, TypeAlias
@@ -180,7 +178,7 @@ class DatasetFile(Varying):
 
     camsim: Literal["dataset/1"] = Field(description="format of this file")
     crops: Crops = Field(description="windows of every capture, which may overlap")
-    splits: Splits = Field(default=Splits(), description="by scene: no scene is in two")
+    splits: Splits = Field(default=Splits.model_construct(), description="by scene: no scene is in two")
     hold: list[Literal["noisy", "clean", "truth"]] = Field(
         default=["noisy", "clean", "truth"],
         min_length=1,
