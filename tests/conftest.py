@@ -1,5 +1,6 @@
 """What all tests share; that this file is here also makes the modules beside it importable (truth, examples, …)."""
 
+import functools
 import gc
 import os
 
@@ -10,6 +11,8 @@ os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")
 
 import numpy as np
 import pytest
+import typer.main
+import typer.testing
 
 
 def pytest_ignore_collect(collection_path):
@@ -21,6 +24,16 @@ def pytest_collection_finish():
     """What collecting made stays to the end: a look for garbage through it takes a second."""
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _commands_are_made_once():
+    """From their signatures they take 50 ms, at each of a thousand calls."""
+    made = functools.cache(typer.main.get_command)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typer.main, "get_command", made)
+        patch.setattr(typer.testing, "_get_command", made)
+        yield
 
 
 @pytest.fixture

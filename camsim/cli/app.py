@@ -112,12 +112,11 @@ def run() -> None:
 
 
 def _ready_for(first: list[str]) -> typer.Typer:
-    """Return the commands, but only one of them where the first argument names it: each takes 2 ms to be made ready."""
+    """Return the commands, but only the one or the group that the first argument names: each takes 2 ms to make."""
     ready = copy.copy(app)
-    named = [command for command in app.registered_commands if [_name_of(command)] == first]
-    if named:
-        ready.registered_commands, ready.registered_groups = named, []
-    return ready
+    ready.registered_commands = [each for each in app.registered_commands if [_name_of(each)] == first]
+    ready.registered_groups = [each for each in app.registered_groups if [each.name] == first]
+    return ready if ready.registered_commands or ready.registered_groups else app
 
 
 def _name_of(command: CommandInfo) -> str:
@@ -260,7 +259,7 @@ def recapture_file(
     recapture(file, outputs or (), force=force, quiet=quiet)
 
 
-app.add_typer(measure_app)
+app.add_typer(measure_app, name="measure")
 app.add_typer(lens_app, name="lens")
 app.add_typer(sensor_app, name="sensor")
 app.add_typer(calibrate_app, name="calibrate")

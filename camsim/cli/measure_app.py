@@ -20,7 +20,7 @@ ChangesOfBench: TypeAlias = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Of sensor.…, or exposure.temperature_c, .iso, noise.seed."),
 ]
 
-measure_app = typer.Typer(name="measure", help="Measure what a file really holds.", no_args_is_help=True)
+measure_app = typer.Typer(help="Measure what a file really holds.", no_args_is_help=True)
 
 
 @measure_app.command("mtf")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from subprocess import CompletedProcess
 from typing import Any
 
 import pytest
@@ -26,20 +27,25 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return there
 
 
+@pytest.fixture(scope="module")
+def made(frames: Path) -> CompletedProcess[str]:
+    """Their profile, mine.yaml beside them: what was said of it."""
+    return run_camsim(frames, "calibrate", "noise", "frames", "-o", "mine.yaml", "--plot", "mine.svg", "--name", "Mine")
+
+
 @pytest.fixture
 def taken(folder: Path, frames: Path, camsim: Any) -> Any:
     shutil.copytree(frames, folder, dirs_exist_ok=True)
     return camsim
 
 
-def test_a_profile_from_a_folder_of_raw_files(folder: Path, taken: Any) -> None:
+def test_a_profile_from_a_folder_of_raw_files(folder: Path, made: CompletedProcess[str], taken: Any) -> None:
+    assert made.returncode == 0, made.stderr
+    assert "law of the read noise: student" in made.stdout
     done = taken("calibrate", "noise", "frames", "--dry-run")
     assert done.returncode == 0, done.stderr
     assert "frames of 128 × 128, RG/GB" in done.stdout
     assert {line.split()[1] for line in done.stdout.splitlines()[2:-1]} == {"flat", "dark", "clipped"}
-    done = taken("calibrate", "noise", "frames", "-o", "mine.yaml", "--plot", "mine.svg", "--name", "Mine")
-    assert done.returncode == 0, done.stderr
-    assert "law of the read noise: student" in done.stdout
     assert (folder / "mine.svg").read_bytes().startswith(b"<?xml")
     text = (folder / "mine.yaml").read_text(encoding="utf-8")
     assert "pitch_um: 4.88}    # rows, cols: files; pitch: the files" in text
@@ -63,8 +69,8 @@ def test_a_profile_from_a_folder_of_raw_files(folder: Path, taken: Any) -> None:
     assert done.returncode == 2  # no light, but the sensor was found
 
 
+@pytest.mark.usefixtures("made")
 def test_the_profile_beside_the_camera(folder: Path, taken: Any) -> None:
-    assert taken("calibrate", "noise", "frames", "-o", "mine.yaml").returncode == 0
     done = taken("calibrate", "noise", "frames", "--check", "mine.yaml", "--plot", "check.svg")
     assert done.returncode == 0, done.stderr
     assert "no test tells the profile's frames from the camera's at 1 %" in done.stdout

@@ -71,16 +71,15 @@ def trace(rows, stop, angle, x, y, um):
 
 def chief_mm(rows, stop, angle, um):
     """Where the ray through the stop's middle falls."""
-    low, high = -60.0, 60.0
-    entry = np.linspace(low, high, 2001)
-    for _ in range(6):
+    entry = np.linspace(-60.0, 60.0, 2001)
+    for _ in range(9):
         with np.errstate(all="ignore"):
             fallen, _, _, in_stop, _ = trace(rows, stop, angle, entry, 0.0 * entry, um)
         best = int(np.nanargmin(np.abs(in_stop[0])))
         reach = entry[1] - entry[0]
-        found = entry[best], fallen[0, best], in_stop[0, best]
-        entry = np.linspace(entry[best] - reach, entry[best] + reach, 2001)
-    return found[:2]
+        found = entry[best], fallen[0, best]
+        entry = np.linspace(entry[best] - reach, entry[best] + reach, 61)
+    return found
 
 
 class Ellipse(NamedTuple):
