@@ -103,7 +103,7 @@ def run() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
     # Imports create a million permanent objects. Garbage collection of these, while they are
-    # created and again at exit, takes 0.9 s; ``take`` enables the collector again for its work.
+    # created and again at exit, takes 0.9 s; ``look_in_new`` enables the collector again.
     gc.disable()
     try:
         _ready_for(sys.argv[1:2])()

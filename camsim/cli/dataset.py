@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import gc
 from typing import Annotated
 
 import typer
 
 from camsim.cli.options import AsJson, Quiet, Scheduler, Workers
 from camsim.cli.sweep import say_failures, say_figures, say_forecast, say_notes
+from camsim.core.garbage import look_in_new
 from camsim.errors import InvalidValueError
 
 
@@ -31,7 +31,7 @@ def dataset(
     from camsim.study import dataset as make
     from camsim.study import forecast_dataset
 
-    gc.enable()
+    look_in_new()
     if dry_run:
         say_forecast(forecast_dataset, study, output, as_json=as_json, quiet=quiet)
         return

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import gc
 import json
 import os
 import sys
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 import typer
 
 from camsim.cli.options import AllowOddCfa, Changes, Compress, Force, Quiet, Sensors
+from camsim.core.garbage import look_in_new
 from camsim.errors import CamsimError, InputError, InvalidValueError
 
 if TYPE_CHECKING:
@@ -111,8 +111,7 @@ def expose(
     perfect = Light(illuminant, illuminance_lux=lux, at="sensor")
     each, nodes_nm = len(checked) // len(files), _wavelengths(wavelengths)
     exposure = _exposure(body, iso, time_s)
-    gc.freeze()
-    gc.enable()
+    look_in_new()
     stated: list[tuple[str, Frame, list[Output], dict[str, float]]] = []
     with together():
         for number, file in enumerate(files):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import filecmp
-import gc
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -16,6 +15,7 @@ from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
 from camsim.cli.row_by_row import come_row_by_row, write_mosaics
+from camsim.core.garbage import look_in_new
 from camsim.errors import CamsimError, InputError, OutputError
 from camsim.files.atomic import together
 from camsim.files.reading import Held, is_altered, read_arrays, read_file
@@ -38,7 +38,7 @@ def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> N
         raise CamsimError("\n".join(str(error) for error in errors))
     from camsim.files import save
 
-    gc.enable()
+    look_in_new()
     with Bar(displayed=not quiet) as bar, together():
         how = {"allow_odd_cfa": True, "compress": held.compressed}
         row_by_row = come_row_by_row(outputs) and not held.has_truth

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import gc
 import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from camsim.cli.options import AsJson, Force, Quiet, Scheduler, Workers
+from camsim.core.garbage import look_in_new
 from camsim.core.note import Note
 from camsim.errors import InvalidValueError
 
@@ -57,7 +57,7 @@ def sweep(
         from camsim.cli.plot import check_drawing
 
         check_drawing(plot[2], force=force)
-    gc.enable()
+    look_in_new()
     if dry_run:
         say_forecast(forecast, study, output, as_json=as_json, quiet=quiet)
         return

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import gc
 import json
 import sys
 import time
@@ -17,6 +16,7 @@ from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
 from camsim.cli.row_by_row import come_row_by_row, write_mosaics
+from camsim.core.garbage import look_in_new
 from camsim.errors import CamsimError, InvalidValueError, OutputError
 from camsim.files.atomic import made_together, together
 
@@ -76,8 +76,7 @@ def take(request: Request) -> None:
         raise CamsimError("\n".join(str(error) for error in errors))
     if warning:
         print(f"camsim: warning: {warning}", file=sys.stderr)
-    gc.freeze()
-    gc.enable()
+    look_in_new()
     ready_s = time.perf_counter()
     # Of all frames; each frame's report has separate ones.
     seconds = defaultdict[str, float](float, {"set up": ready_s - request.began_s})
@@ -128,8 +127,7 @@ def take_pairs(request: Request) -> None:
     )
     pairs = plan_pairs(ready, levels)
     folder = check_folder(request.pairs, force=request.force)
-    gc.freeze()
-    gc.enable()
+    look_in_new()
     with Bar(displayed=not request.quiet) as bar, made_together(folder):
         write_pairs(ready, pairs, folder, compress=request.compress, quiet=request.quiet, progress=bar.update)
 

@@ -153,9 +153,10 @@ def numbered(spectra: Sequence[Spectrum]) -> tuple[tuple[Spectrum, ...], I64]:
     ((0.5, 0.2), array([0, 1, 0]))
     """
     distinct: dict[Spectrum, int] = {}
-    each = {id(spectrum): spectrum for spectrum in spectra}  # curves are hashed by content: each object once
+    objects = [*map(id, spectra)]
+    each = dict(zip(objects, spectra, strict=True))  # curves are hashed by content: each object once
     known = {number: distinct.setdefault(spectrum, len(distinct)) for number, spectrum in each.items()}
-    return tuple(distinct), np.array([known[id(spectrum)] for spectrum in spectra], np.int64)
+    return tuple(distinct), np.fromiter(map(known.__getitem__, objects), np.int64, len(objects))
 
 
 def counted(shapes: Iterable[Shape], *, copies: int = 1, deeper: int = 0) -> tuple[int, int]:

@@ -15,6 +15,7 @@ from typing import Any, Protocol, TypeAlias
 import psutil
 
 from camsim.core.cores import cores
+from camsim.core.garbage import look_in_new
 from camsim.core.kernels import use_one_thread
 from camsim.core.typed import check
 from camsim.errors import CamsimError, InvalidValueError
@@ -132,6 +133,7 @@ def _through(pool: Any, waiting: list[tuple[Task, int]], most: int) -> Iterator[
 def _begin_worker() -> None:
     """Restrict a worker to one core, and end it together with its parent process."""
     threading.Thread(target=_end_after, args=(os.getppid(),), daemon=True).start()
+    look_in_new()
     _on_one_core()
 
 
