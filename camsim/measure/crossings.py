@@ -34,7 +34,7 @@ def falls_to(frequency: F64, mtf: F64, level: float) -> float:
 
 def errors_of(gradient: F64, covariance: F64) -> F64:
     """Return the standard errors of m figures, from their derivatives (m, n) with respect to n coefficients."""
-    error: F64 = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", gradient, covariance, gradient, optimize=True), 0.0))
+    error: F64 = np.sqrt(np.maximum(np.sum(gradient @ covariance * gradient, axis=1), 0.0))
     return error
 
 

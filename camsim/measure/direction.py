@@ -121,7 +121,7 @@ class _Slope(NamedTuple):
         columns, _ = np.linalg.qr(np.concatenate(others, axis=1))
         noise = s[:, None] * spline.line_rows(d, self.shape)
         left = noise - columns @ (columns.T @ noise)
-        return float(np.einsum("ij,jk,ik->", left, self.inverse, left, optimize=True))
+        return float(np.sum(left @ self.inverse * left))
 
 
 def _squares(near: Near, line: EdgeLine, model: Model, shape: Shape, turn_rad: float) -> float:
@@ -129,4 +129,4 @@ def _squares(near: Near, line: EdgeLine, model: Model, shape: Shape, turn_rad: f
     rows = shape.placed(*line.moved(0.0, math.tan(turn_rad), 0.0).across_and_along(near.x, near.y)).straight()
     coefficients = fitted(rows, near.signal, model, tail=False)
     r = spline.residuals(rows, near.signal, model._replace(tail=False, stray=False), coefficients)
-    return float(np.einsum("i,i->", r, r))
+    return float(r @ r)

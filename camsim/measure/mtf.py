@@ -203,21 +203,18 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
 def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMtf:
     """Add the theoretical transfer function to a measurement."""
     frequency, nyquist = edge.frequency_cycles_per_pixel, edge.nyquist_cycles_per_pixel
-    otf = theory.along_normal(frequency, channel=edge.channel, line=line)
+    asked = np.append(frequency, [nyquist, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL])
+    otf = theory.along_normal(asked, channel=edge.channel, line=line)
     if otf is None:
         return edge
-    mtf = np.abs(otf)
+    mtf, of_nyquists = np.split(np.abs(otf), [frequency.size])
     half = falls_to(frequency, mtf, 0.5)
     if math.isfinite(half):
         fine = half + np.linspace(-1.0, 1.0, 81) * frequency[1]
         exact = theory.along_normal(fine, channel=edge.channel, line=line)
         assert exact is not None
         half = falls_to(fine, np.abs(exact), 0.5)
-    of_nyquists = theory.along_normal(
-        np.array([nyquist, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL]), channel=edge.channel, line=line
-    )
-    assert of_nyquists is not None
-    at_its, at_sensors = np.abs(of_nyquists).tolist()
+    at_its, at_sensors = of_nyquists.tolist()
     difference: F64 = edge.mtf - mtf
     return replace(
         edge,
@@ -234,11 +231,11 @@ def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMt
 
 def _curve(fit: EdgeFit, frequency: F64, *, reach: tuple[float, float] | None) -> tuple[F64, F64]:
     """Return |F(f)|/F(0) and its standard error, (m,) each: from noise, or from the difference to other models."""
-    transform, zero = _transform(fit.model, fit.coefficients, frequency, reach)
-    rows, zero_row = (spline.transform_rows(f, fit.model, reach) for f in (frequency, np.zeros(1)))
+    rows = spline.transform_rows(np.append(frequency, 0.0), fit.model, reach)
+    transform, zero = _split(rows, fit.coefficients)
     mtf = np.abs(transform) / zero
     unit = np.conj(transform) / np.where(mtf > 0.0, np.abs(transform), 1.0)
-    gradient = ((unit[:, None] * rows).real - mtf[:, None] * zero_row.real) / zero
+    gradient = ((unit[:, None] * rows[:-1]).real - mtf[:, None] * rows[-1].real) / zero
     by_noise = errors_of(gradient, fit.covariance)
     error = by_noise
     for other in fit.others:
@@ -251,9 +248,13 @@ def _curve(fit: EdgeFit, frequency: F64, *, reach: tuple[float, float] | None) -
 def _transform(
     model: spline.Model, coefficients: F64, frequency: F64, reach: tuple[float, float] | None
 ) -> tuple[C128, float]:
-    transform: C128 = np.asarray(spline.transform_rows(frequency, model, reach) @ coefficients, np.complex128)
-    zero = spline.transform_rows(np.zeros(1), model, reach) @ coefficients
-    return transform, float(zero[0].real)
+    return _split(spline.transform_rows(np.append(frequency, 0.0), model, reach), coefficients)
+
+
+def _split(rows: C128, coefficients: F64) -> tuple[C128, float]:
+    """Return the transform, and at frequency 0, which is the last row."""
+    whole: C128 = np.asarray(rows @ coefficients, np.complex128)
+    return whole[:-1], float(whole[-1].real)
 
 
 def _leaning(fit: EdgeFit, half: float) -> float:

@@ -27,7 +27,7 @@ def shared_scatter(place: F64, rows: Placed, r: F64, one: F64, model: Model, inv
     sums = spline.group_sums(rows, np.ones(r.size), group, values.size, model)
     weighted = spline.group_sums(rows, one, group, values.size, model)
     count = np.bincount(group, minlength=values.size)
-    taken = np.einsum("aj,ab,bj->j", sums, inverse, sums, optimize=True)
+    taken = np.sum(inverse @ sums * sums, axis=0)
     free = float(r.size - taken.sum())
     outer = sums @ sums.T
     gram = outer @ inverse
@@ -35,7 +35,7 @@ def shared_scatter(place: F64, rows: Placed, r: F64, one: F64, model: Model, inv
     if not square > 2.0 * free:
         return np.zeros_like(inverse)
     spread = inverse @ spline.scatter(rows, one, model) @ inverse
-    independent = float(np.sum(one) - 2.0 * np.einsum("aj,ab,bj->", sums, inverse, weighted, optimize=True))
+    independent = float(np.sum(one) - 2.0 * float(np.sum(inverse @ weighted * sums)))
     independent += float(np.einsum("ab,ab->", spread, outer))
     found = float(np.sum(np.bincount(group, r, minlength=values.size) ** 2))
     more: F64 = max((found - independent) / (square - free), 0.0) * outer

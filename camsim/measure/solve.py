@@ -33,10 +33,10 @@ class _Factored(NamedTuple):
         if stray is not None:
             matrix[range(n + STRAY, n + EXTRAS), range(n + STRAY, n + EXTRAS)] += stray
         chosen = np.flatnonzero(used)
-        part = matrix[np.ix_(chosen, chosen)]
+        part = matrix[chosen[:, None], chosen]
         # Without photosites the curve continues smoothly: a tiny penalty on its third differences.
         part[:n, :n] += _RIDGE * v.size / n * _third_differences(n)
-        np.fill_diagonal(part, (1.0 + 1e-14) * np.diag(part))
+        part.flat[:: chosen.size + 1] *= 1.0 + 1e-14
         if not spline.factor(part):
             raise np.linalg.LinAlgError("the normal equations of an edge's model are singular")
         return cls(chosen, part, right[chosen])

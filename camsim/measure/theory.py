@@ -176,9 +176,10 @@ class CameraOtf:
             wavelength_nm, weight = nodes_nm, np.einsum("cn,nj->cj", weight, lagrange(wavelength_nm, nodes_nm, x, w))
         spread = spread_otf(shares[..., counted], fx, fy)
         fx, fy = fx / camera.pitch_um, fy / camera.pitch_um
+        parts = np.tensordot(weight[counted].T, spread, axes=1)
         lens = sum(
-            np.einsum("c,c...->...", part, spread) * system.point_otf(fx, fy, nm, sampled=True)
-            for nm, part in zip(wavelength_nm.tolist(), weight[counted].T, strict=True)
+            part * system.point_otf(fx, fy, nm, sampled=True)
+            for nm, part in zip(wavelength_nm.tolist(), parts, strict=True)
         )
         otf: F64 | C128 = lens * (1.0 if lens_alone else system.footprint_otf(fx, fy)) / total
         return otf
