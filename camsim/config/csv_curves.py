@@ -11,7 +11,6 @@ from camsim.config import library, schema
 from camsim.config.expect import Expected, along, expected_of_field
 from camsim.config.tree import Document, KeyPath, Node
 from camsim.errors import CamsimError, Fault
-from camsim.spectra.csv_table import read_points
 
 
 def read_in(document: Document, model: type[schema.Table]) -> Document:
@@ -75,6 +74,8 @@ class _Reading:
         if not isinstance(file.content, str) or not isinstance(column.content if column else None, str | int | None):
             # The schema reports that, without messages about the lists.
             return _filled(node, file, ([1.0, 2.0], [0.0, 0.0]))
+        from camsim.spectra.csv_table import read_points  # imported here, as few files name one
+
         try:
             points = read_points(self._path(file), column.plain() if column else None, file.content)
         except CamsimError as error:

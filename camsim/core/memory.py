@@ -7,8 +7,6 @@ import sys
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-import psutil
-
 # Measured on frames of 6 million photosites, rounded up: mean and noisy electrons, codes and working copies;
 # the truth for each of its channels; and the preview while it is developed.
 _BYTES_PER_PHOTOSITE = 40
@@ -26,13 +24,12 @@ _THERE_BYTES = 16e6  # assumed to be available: a query takes a twentieth of a s
 def needed_bytes(rows: int, cols: int, channels: int, products: Collection[str], *, held: bool = True) -> int:
     """Return the approximate memory of a capture in addition to the program's, bytes.
 
-    held : False if its codes are written to the file as they are finished
+    held : False if its codes are written to the file as they are finished, and at most a band is in memory
     """
-    if not held:
-        return _BYTES_PER_BAND + int(rows * cols * _BYTES_PER_PASSING_PHOTOSITE)
     truth = _BYTES_PER_TRUTH * channels if "truth" in products else 0
     preview = _BYTES_PER_PREVIEW if "preview" in products else 0
-    return rows * cols * (_BYTES_PER_PHOTOSITE + truth + preview)
+    whole = rows * cols * (_BYTES_PER_PHOTOSITE + truth + preview)
+    return whole if held else min(whole, _BYTES_PER_BAND + int(rows * cols * _BYTES_PER_PASSING_PHOTOSITE))
 
 
 def too_large(rows: int, cols: int, needed: float) -> str:
@@ -66,6 +63,8 @@ _UNITS = ("bytes", "kB", "MB", "GB", "TB")
 
 
 def _limits() -> Iterator[int]:
+    import psutil  # imported here, as small windows do not need it
+
     yield int(psutil.virtual_memory().available)
     # A container may have a lower limit than its machine, which psutil ignores.
     for limit, used in (

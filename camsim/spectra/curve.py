@@ -18,7 +18,6 @@ from camsim.core.arrays import F64
 from camsim.core.typed import Count, Fraction, NonNegative, Number, Positive, Several, check, validate
 from camsim.core.words import LIGHT_NM, brief, wavelength_hint
 from camsim.errors import InvalidValueError
-from camsim.spectra.csv_table import Column, read_points
 
 Wavelength: TypeAlias = Annotated[float, Ge(LIGHT_NM[0]), Le(LIGHT_NM[1]), Hinted(wavelength_hint)]
 """Nanometres."""
@@ -93,7 +92,7 @@ class Curve:
         cls,
         path: str | os.PathLike[str],
         *,
-        column: Column | None = None,
+        column: str | int | None = None,
         outside: Literal["zero", "hold"] | None = None,
         name: str = "",
     ) -> Self:
@@ -106,6 +105,8 @@ class Curve:
         """
         check(path, str | os.PathLike, "path", "Curve.from_csv")
         chosen = check(column, Count | str | None, "column", "Curve.from_csv")
+        from camsim.spectra.csv_table import read_points  # imported here, as few curves are read
+
         wavelength_nm, values = read_points(path, chosen)
         return cls(wavelength_nm, values, name, outside)
 

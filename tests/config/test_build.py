@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenEXR
+import psutil
 import pytest
 import tifffile
 
@@ -107,7 +108,7 @@ def test_what_a_limit_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) ->
     }
     machine = types.SimpleNamespace(available=4_096_000)
     monkeypatch.setattr(memory, "_text", lambda path: files.get(path, ""))
-    monkeypatch.setattr(memory.psutil, "virtual_memory", lambda: machine)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: machine)
     assert memory.available_bytes() == 2_000_000
     files["/sys/fs/cgroup/memory.max"] = "max\n"
     assert memory.available_bytes() == 4_096_000
@@ -123,7 +124,7 @@ def test_what_a_limit_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) ->
 def test_what_a_limit_on_addresses_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) -> None:
     resource = pytest.importorskip("resource", reason="Windows has no such limits")
     taken = types.SimpleNamespace(memory_info=lambda: types.SimpleNamespace(vms=1_000_000))
-    monkeypatch.setattr(memory.psutil, "Process", lambda: taken)
+    monkeypatch.setattr(psutil, "Process", lambda: taken)
     for soft, left in ((2_500_000, 1_500_000), (900_000, 0)):
         monkeypatch.setattr(resource, "getrlimit", lambda which, soft=soft: (soft, resource.RLIM_INFINITY))
         assert memory.available_bytes() == left
