@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from dataclasses import dataclass
 from typing import TypedDict
@@ -9,7 +10,7 @@ from typing import TypedDict
 import numpy as np
 
 from camsim.core.arrays import F64, I64
-from camsim.core.cached import cached_property
+from camsim.core.cached import Caching, cached_property
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.optics.pattern import Pattern
@@ -19,6 +20,7 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint, pattern_of
 from camsim.rendering.grid import Grid
 from camsim.rendering.prune import LeftOut, equal_sides, far_outlines
+from camsim.rendering.rings import Rings
 from camsim.rendering.spectral import Signals, blur_of, different, fuse
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
@@ -39,7 +41,7 @@ class Nodes:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Job:
+class Job(Caching):
     """What is to be rendered, before any engine or setting is chosen.
 
     scene, response, wavelength_nm : the inputs; the other attributes derive from them
@@ -142,6 +144,12 @@ class Job:
         """Return a job that renders the edges left out of this one, on a background of zero."""
         return dataclasses.replace(self, **_paired(self.left_out.edges), base=np.zeros_like(self.base))
 
+    def to(self, tolerance: float) -> Job:
+        """Return the same job to another tolerance; what is known of its edges does not depend on it."""
+        other = copy.copy(self)
+        object.__setattr__(other, "tolerance", tolerance)
+        return other
+
     @property
     def finest(self) -> float | None:
         """Smallest tolerance that the boundary engine's closed forms reach; None if they do not apply."""
@@ -168,6 +176,17 @@ class Job:
     def farthest(self) -> float:
         """Largest distance of a photosite's centre from an edge's end, pitches."""
         return self.edges.farthest(self.grid)
+
+    @cached_property
+    def rings(self) -> Rings | None:
+        """Distances from a few places of the edges that face them perpendicularly; None without edges."""
+        if not len(self.edges):
+            return None
+        light = self.signals.density.sum(axis=2)
+        jump = light[self.sides[:, 0]] - light[self.sides[:, 1]]
+        strongest = np.take_along_axis(jump, np.abs(jump).argmax(axis=1)[:, None], axis=1)[:, 0]
+        highest = self.system.highest_per_um(self.signals.wavelength_nm) * self.grid.pitch_um
+        return Rings.of(self.edges, self.grid, self.farthest, strongest[self.pair], float(self.blur.max()), highest)
 
     @cached_property
     def shares(self) -> F64:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,9 +14,8 @@ from camsim.rendering.anchors import anchored
 from camsim.rendering.bending import undistorted
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
-from camsim.scene import Arrangement, Primitive, Scene, arrange, flattened
+from camsim.scene import Arrangement, Scene, arrange, flattened
 from camsim.scene.outlines import has_curves
-from camsim.scene.primitives import numbered
 from camsim.scene.side_limits import SideLimits
 from camsim.spectra.curve import spectrum_at
 
@@ -47,17 +45,17 @@ def _arranged(
     if isinstance(system.lens, Varies) and system.lens.distorts:
         grid = undistorted(grid, system.lens)
     primitives = flattened(scene.shapes)
-    contrast = 1.0 if textured else _contrast(scene, primitives, seen_nm)
+    contrast = 1.0 if textured else _contrast(scene, seen_nm)
     if contrast == 0.0 or not has_curves(primitives):
         return arrange(scene, primitives=primitives)
     limits = _limits(system, float(seen_nm.min()), budget.allowed("outlines") / contrast)
     return arrange(scene, limits._replace(textured=textured), primitives=primitives)
 
 
-def _contrast(scene: Scene, primitives: Sequence[Primitive], seen_nm: F64) -> float:
+def _contrast(scene: Scene, seen_nm: F64) -> float:
     """Return the largest difference of reflectance between two surfaces at a wavelength that carries signal."""
     low = high = spectrum_at(scene.background, seen_nm)
-    for spectrum in numbered([one.reflectance for one in primitives])[0]:
+    for spectrum in scene.spectra:
         there = spectrum_at(spectrum, seen_nm)
         low, high = np.minimum(low, there), np.maximum(high, there)
     return float(np.max(high - low))

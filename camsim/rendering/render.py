@@ -227,7 +227,7 @@ def plan_render(
     )
     # Band and levels are common to edges and fields. Tables and mixtures of fields come on top, at half the tolerance:
     # the outlines' preparation, also at half, leaves room for them.
-    job = dataclasses.replace(job, tolerance=tolerance)
+    job = job.to(tolerance)
     return choose(method, job, samples, scene=scene, fields=fields if fields.layers else None)
 
 

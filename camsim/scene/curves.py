@@ -179,12 +179,13 @@ def joined(parts: Sequence[Curves]) -> Curves:
     if len(parts) == 1:
         return parts[0]
     counts = np.cumsum([0, *(len(part.kind) for part in parts)])
-    first = [part.first[:-1] + count for part, count in zip(parts, counts, strict=False)]
+    loops = [len(part.first) - 1 for part in parts]
+    first = np.concatenate([np.empty(0, np.int64), *(part.first[:-1] for part in parts)])
     return Curves(
         np.concatenate([np.empty((0, 4, 2)), *(part.points for part in parts)]),
         np.concatenate([np.empty(0), *(part.turn_rad for part in parts)]),
         np.concatenate([np.empty(0, np.int64), *(part.kind for part in parts)]),
-        np.concatenate([*first, counts[-1:]]).astype(np.int64),
+        np.append(first + np.repeat(counts[:-1], loops), counts[-1]),
     )
 
 

@@ -8,7 +8,7 @@ import camsim
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem, SquarePhotosite, Wavefront
 from camsim.rendering.render import plan_render
-from camsim.rendering.waves.rings import Rings
+from camsim.rendering.rings import Rings
 from tests.attack import systems
 from tests.convergence.test_tolerance import POINT, SQUARE, system_of
 from tests.tables import rows

@@ -17,7 +17,7 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
-from camsim.rendering.waves.rings import Rings
+from camsim.rendering.rings import Rings
 
 FEW = 4  # corners, or lines, for which the shares were set
 MEETING = 16.0  # largest strength of eight ends in one place, in right-angled corners

@@ -71,7 +71,7 @@ class FourierCheck:
     def _planned(self, share: float) -> WavesPlan:
         lens = self.job.system.lens
         tolerance = max(share * self.job.tolerance, FINEST)
-        job = dataclasses.replace(self.job, tolerance=tolerance)
+        job = self.job.to(tolerance)
         fields = self.fields
         if fields is not None:
             fields = dataclasses.replace(fields, tolerance=max(share * fields.tolerance, FINEST))

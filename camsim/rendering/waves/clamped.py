@@ -61,6 +61,13 @@ def _side(x0: float, y0: float, x1: float, y1: float, box: F64) -> int:
     return -1
 
 
+@kernel()
+def _mark_apart(start: F64, end: F64, box: F64, apart: np.ndarray) -> None:
+    """Mark the edges that lie along no side of the box."""
+    for e in range(len(start)):
+        apart[e] = _side(start[e, 0], start[e, 1], end[e, 0], end[e, 1], box) < 0
+
+
 @kernel(allocates=True)
 def _clamp(
     start: F64, end: F64, left: I64, right: I64, origin: tuple[float, float], box: F64, ends: F64, of: I64
@@ -133,8 +140,10 @@ def netted(
     """
     least = ROUNDING * float(np.abs(jump).max(initial=0.0))
     same = SAME * max(1.0, float(np.abs([low, high]).max()))
-    on_side = (start == end) & ((start == np.array(low)) | (start == np.array(high)))
-    apart = ~on_side.any(axis=1)
+    apart = np.empty(len(start), bool)
+    _mark_apart(start, end, np.array([*low, *high], float), apart)
+    if apart.all():
+        return start, end, jump
     starts, ends, jumps = [start[apart]], [end[apart]], [jump[apart]]
     start, end, jump = start[~apart], end[~apart], jump[~apart]
     for axis in (0, 1):

@@ -73,19 +73,20 @@ class EdgeSource:
             return _in_closed_form(start, end, jump, areas, lattice, complex_type(self.precision))
         kind = complex_type(self.precision, SINGLE)
         places, which, along = _nodes(start, end, lattice, 0.5 * self.precision, kind)
-        rows = lattice.rows
-        out = np.empty((self.kinds, len(rows), lattice.counts[0]), complex_type(self.precision))
+        rows, shape = lattice.rows, (len(lattice.rows), lattice.counts[0])
         if middle := rows.start + len(rows) // 2:
             along *= np.exp(-1j * middle * places[0].astype(np.float64))
         step_x, step_y = (1.0 / period for period in lattice.periods)
-        at_once, jump = max(1, NODES_AT_ONCE // along.size), np.ascontiguousarray(jump.T)
+        at_once, jump, parts = max(1, NODES_AT_ONCE // along.size), np.ascontiguousarray(jump.T), []
         for first in range(0, self.kinds, at_once):
             some = jump[first : first + at_once]
             strengths = np.empty((len(some), along.size), kind)
             shared(along.size, functools.partial(_strong, along, some, which, strengths), least=EDGES_AT_ONCE)
             if first + at_once >= self.kinds:
                 del along, which  # the transform needs the memory
-            out[first : first + at_once] = modes(places, strengths, out.shape[1:], precision=self.precision, sign=-1)
+            found = modes(places, strengths, shape, precision=self.precision, sign=-1)
+            parts.append(found.astype(complex_type(self.precision), copy=False))
+        out = parts[0] if len(parts) == 1 else np.concatenate(parts)
         for whole, area in zip(out, areas.tolist(), strict=True):
             shared(
                 len(whole),

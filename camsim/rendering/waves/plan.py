@@ -32,7 +32,6 @@ from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.image import MOST_AT_ONCE, FrequencyImage, Source, summed_shape, tiles
 from camsim.rendering.waves.levels import Level, lattice_of, levels_of
 from camsim.rendering.waves.low import WIDER, LowFrequencies
-from camsim.rendering.waves.rings import Rings
 from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
 
@@ -181,25 +180,13 @@ class WavesPlan:
         light = lens.size(frequency, np.abs(weights).max(axis=(0, 1)))
         passes = light * footprint.max(axis=0)
         beyond = np.cumsum((passes / frequency)[::-1])[::-1] * (4.0 / math.pi * highest / STEPS)
-        if self._rings is not None:
-            beyond = np.maximum(beyond, self._rings.beyond(light * footprint.mean(axis=0), highest))  # concentric edges
+        if (rings := self.job.rings) is not None:
+            beyond = np.maximum(beyond, rings.beyond(light * footprint.mean(axis=0), highest))  # concentric edges
         allowed = OF_BAND * tolerance
         passing = int(np.count_nonzero(beyond > allowed))
         if self.fields is not None and passing >= NEARLY_ALL * STEPS:
             passing = STEPS
         return float(highest * max(passing, 8) / STEPS)
-
-    @cached_property
-    def _rings(self) -> Rings | None:
-        """Distances from a few places of the edges that face them perpendicularly; None without edges."""
-        job = self.job
-        if not len(job.edges):
-            return None
-        light = job.signals.density.sum(axis=2)
-        jump = light[job.sides[:, 0]] - light[job.sides[:, 1]]
-        strongest = np.take_along_axis(jump, np.abs(jump).argmax(axis=1)[:, None], axis=1)[:, 0]
-        highest = job.system.highest_per_um(job.signals.wavelength_nm) * job.grid.pitch_um
-        return Rings.of(job.edges, job.grid, job.farthest, strongest[job.pair], float(job.blur.max()), highest)
 
     def _levels(self, cut: float, farthest: float, width: float, tolerance: float) -> Sequence[Level]:
         job, system = self.job, self.job.system
@@ -224,9 +211,9 @@ class WavesPlan:
             tail = CIRCLE_TAIL * longest * around / pupil.area
             spot = 1.5 * max(self._spot_um(nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
         spikes = self._spikes(longest, OF_SPIKES * self.settings.rougher * tolerance, farthest, width)
-        if self._rings is not None:
+        if job.rings is not None:
             light = np.abs(job.signals.density).sum(axis=(0, 1))
-            near = max(near, self._rings.reach(job.blur, light / light.sum(), _strength(job), OF_RINGS * tolerance))
+            near = max(near, job.rings.reach(job.blur, light / light.sum(), _strength(job), OF_RINGS * tolerance))
         crowded, followed = self.fields is not None, self.settings.rougher * tolerance
         near = max(
             near,

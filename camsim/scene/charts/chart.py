@@ -56,6 +56,7 @@ class Chart(Compound):
     parameters: Mapping[str, Any] = field(hash=False)
     shapes: tuple[Shape, ...] = field(init=False, repr=False, compare=False)
     _painted: tuple[Primitive, ...] | None = field(default=None, init=False, repr=False, compare=False)
+    _surfaces: tuple[Spectrum, ...] | None = field(default=None, init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:
 
@@ -91,10 +92,12 @@ class Chart(Compound):
 
     @property
     def surfaces(self) -> tuple[Spectrum, ...]:
-        """Distinct reflectances in painter's order."""
-        plain = all(issubclass(kind, Outlined) for kind in {*map(type, self.shapes)})
-        parts: Iterable[Any] = self.shapes if plain else self.primitives()
-        return numbered([one.reflectance for one in parts])[0]
+        """Distinct reflectances in painter's order; cached, as light and outlines both ask for them."""
+        if self._surfaces is None:
+            plain = all(issubclass(kind, Outlined) for kind in {*map(type, self.shapes)})
+            parts: Iterable[Any] = self.shapes if plain else self.primitives()
+            object.__setattr__(self, "_surfaces", numbered([one.reflectance for one in parts])[0])
+        return self._surfaces or ()
 
     def primitives(self) -> Iterator[Primitive]:
         """Return the primitives of its shapes; cached, as spectra, outlines and the check all use them."""

@@ -88,17 +88,15 @@ class Rings:
         every = -(-blur.size // MOST_WAVES)
         starts = np.arange(0, blur.size, every)
         light, blur = np.add.reduceat(light, starts), blur[starts + (np.diff(starts, append=blur.size) // 2)]
-        distances, farthest = self.distances, 0.0
-        for shares in self.shares:
-            each = shares * (strength / math.pi**3 / distances**2)
-            if np.sum(np.abs(each)) * np.max(blur) ** 2 <= allowed:
-                continue
-            beyond = np.zeros(each.size, complex)
-            for one, wave in zip(light.tolist(), blur.tolist(), strict=True):
-                beyond += np.cumsum((one * wave**2 * each * np.exp(2j * math.pi / wave * distances))[::-1])[::-1]
-            over = np.flatnonzero(np.abs(beyond) > allowed)
-            farthest = max(farthest, float(distances[over[-1]]) if over.size else 0.0)
-        return farthest
+        distances = self.distances
+        each = self.shares * (strength / math.pi**3 / distances**2)
+        each = each[np.sum(np.abs(each), axis=1) * np.max(blur) ** 2 > allowed]
+        if not each.size:
+            return 0.0
+        waves = light * blur**2 @ np.exp(2j * math.pi / blur[:, None] * distances)
+        beyond = np.abs(np.cumsum((each * waves)[:, ::-1], axis=1)[:, ::-1]).max(axis=0)
+        over = np.flatnonzero(beyond > allowed)
+        return float(distances[over[-1]]) if over.size else 0.0
 
 
 @kernel()
