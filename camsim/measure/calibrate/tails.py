@@ -34,6 +34,7 @@ _DECAYED = 30.0
 _AT = _DECAYED * np.linspace(0.0, 1.0, 500) ** 1.5
 _TUKEY = -0.456, 0.206
 _NONE = 1e-30
+_ROUNDED = 1e-19
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -200,6 +201,11 @@ def _rise(by_block: F64) -> float:
     return float(by_block.sum()) / max(scatter, 1e-9)
 
 
+def _heard(wave: F64) -> int:
+    """Return how many of a wave's frequencies to sum: beyond them it is less than a probability's rounding."""
+    return int(np.flatnonzero(wave > _ROUNDED)[-1]) + 1
+
+
 class _Model:
     """Probabilities of the bins under a distribution, from its characteristic function."""
 
@@ -231,11 +237,13 @@ class _Model:
         sigmas, of_sigma = self._sigmas(shape)
         curve = _characteristic(shape.law, shape.tails)
         one = np.stack([curve(self.omega * sigma) ** 2 * decays for sigma in sigmas])
-        still = one @ self.of_bins.T
+        heard = _heard(one.max(axis=0))
+        one, of_bins = one[:, :heard], self.of_bins[:, :heard].T
+        still = one @ of_bins
         joint: F64 = (1.0 - shape.fraction) * (still.T * of_sigma) @ still
         if shape.fraction:
             of_jump = self._of_jumps(shape)
-            moved = (one[:, None, :] * self.jumps).reshape(-1, self.omega.size) @ self.of_bins.T
+            moved = (one[:, None, :] * self.jumps[:, :heard]).reshape(-1, heard) @ of_bins
             joint = joint + shape.fraction * (moved.T * np.outer(of_sigma, of_jump).ravel()) @ moved
         return joint
 
@@ -269,6 +277,8 @@ class _Model:
         omega = (2.0 * math.pi / (period * step_dn)) * np.arange(self.repeats * period // 2 + 1, dtype=np.float64)
         wave = self._of_one(shape, omega) * np.exp(-0.5 * fixed_dn2 * omega**2)
         wave *= np.where(omega > 0.0, 2.0, 1.0) / period
+        heard = _heard(np.abs(wave))
+        omega, wave = omega[:heard], wave[:heard]
         total = 0.0
         for counts, mean in zip(singles.counts, singles.mean.tolist(), strict=True):
             seen = np.flatnonzero(counts)
