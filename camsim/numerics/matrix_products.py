@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from camsim.core.arrays import F64
+from camsim.core.arrays import C128, F64, Complex
 
 _MOST = 2**18  # multiplications: OpenBLAS's own limit; with a vector 9216
 _DEEP, _CUBE = 256, 64  # largest inner dimension of a piece; beyond it, the smaller one, to avoid thin pieces
@@ -23,7 +23,7 @@ def product(left: F64, right: F64) -> F64:
     [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
     """
     (m, k), n = left.shape, right.shape[1]
-    if k == 0:
+    if not (m and k and n):
         return np.zeros((m, n))
     out: F64 = np.empty((m, n))
     deep = k if k <= _DEEP else _CUBE
@@ -37,3 +37,13 @@ def product(left: F64, right: F64) -> F64:
                 one = slice(top, top + deep)
                 part += np.matmul(left[first : first + rows, one], right[one, begin : begin + cols])
     return out
+
+
+def complex_product(left: C128, right: Complex) -> C128:
+    """Return left @ right, of complex (m, k) and (k, n), as two real products.
+
+    >>> complex_product(np.array([[1j]]), np.array([[2.0 + 1j]])).tolist()
+    [[(-1+2j)]]
+    """
+    both = np.concatenate([right, 1j * right]).astype(np.complex128, copy=False).view(np.float64)
+    return product(np.concatenate([left.real, left.imag], axis=1), both).view(np.complex128)

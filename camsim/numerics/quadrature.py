@@ -150,6 +150,32 @@ def chebyshev(order: int) -> F64:
     return nodes
 
 
+def power_series(values: F64, until: float, powers: int) -> F64:
+    """Return coefficients (…, powers) of f⁰, f¹ … from values (…, n) at the n Chebyshev points on 0 … ``until``.
+
+    >>> f = 0.5 * (1.0 + chebyshev(4))
+    >>> power_series((3.0 + 2.0 * f)[None], 1.0, 3).round(12).tolist()
+    [[3.0, 2.0, 0.0]]
+    """
+    count = values.shape[-1]
+    angle = np.arccos(chebyshev(count))
+    terms = np.einsum("...n,ns->...s", values, np.cos(np.outer(angle, np.arange(count)))) * (2.0 / count)
+    terms[..., 0] *= 0.5
+    series: F64 = np.einsum("...s,sp->...p", terms, _shifted(count, powers)) / until ** np.arange(powers)
+    return series
+
+
+@functools.cache
+def _shifted(count: int, powers: int) -> F64:
+    """Return the powers (count, powers) in Chebyshev polynomials on 0 … 1; that of order s is T_2s(√f)."""
+    orders = np.zeros((count, powers))
+    orders[0, 0], orders[1, :2] = 1.0, (-1.0, 2.0)
+    for s in range(2, count):
+        orders[s] = -2.0 * orders[s - 1] - orders[s - 2]
+        orders[s, 1:] += 4.0 * orders[s - 1, :-1]
+    return orders
+
+
 def barycentric(nodes: F64, weights: np.ndarray, points: F64, *, same: float = 0.0) -> F64:
     """Return the Lagrange polynomials (points, nodes) of the nodes at points, by the barycentric formula.
 

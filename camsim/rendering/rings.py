@@ -93,7 +93,8 @@ class Rings:
         each = each[np.sum(np.abs(each), axis=1) * np.max(blur) ** 2 > allowed]
         if not each.size:
             return 0.0
-        waves = light * blur**2 @ np.exp(2j * math.pi / blur[:, None] * distances)
+        # No product of matrices: threads of BLAS would wait for more of them, busily.
+        waves = np.einsum("w,wb->b", light * blur**2, np.exp(2j * math.pi / blur[:, None] * distances))
         beyond = np.abs(np.cumsum((each * waves)[:, ::-1], axis=1)[:, ::-1]).max(axis=0)
         over = np.flatnonzero(beyond > allowed)
         return float(distances[over[-1]]) if over.size else 0.0

@@ -18,7 +18,7 @@ import numpy as np
 from camsim.core.arrays import F64, I64, distinct
 from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import product
-from camsim.numerics.quadrature import chebyshev, gauss_legendre, gauss_pieces
+from camsim.numerics.quadrature import chebyshev, gauss_legendre, gauss_pieces, power_series
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.rendering.direct.records import POWERS, Table
 from camsim.rendering.direct.spread_kernels import fill_rows
@@ -150,7 +150,7 @@ def _made(
         f = 0.5 * series_until * (1.0 + chebyshev(SERIES_NODES))
         low = _around(system, pitch_um, spline, f, angles=2 * (int(orders.max()) + ANGLES))
         values = _some(low, orders, sines)[:, None] * passed(f)
-        powers = _far_powers(orders, _coefficients(values, series_until))
+        powers = _far_powers(orders, power_series(values, series_until, POWERS + 1))
     total = np.abs(powers).max(axis=1) @ until ** -np.arange(1.0, POWERS + 1.0)
     stride = int(np.gcd.reduce(orders)) or 1
     table = Table(
@@ -312,33 +312,13 @@ def _far_powers(orders: I64, series: F64) -> F64:
     return powers
 
 
-def _coefficients(values: F64, until: float) -> F64:
-    """Return coefficients (harmonics, kinds, POWERS + 1) of f^s from values at Chebyshev nodes on 0 … until."""
-    angle = np.arccos(chebyshev(SERIES_NODES))
-    terms = np.einsum("hkn,ns->hks", values, np.cos(np.outer(angle, np.arange(SERIES_NODES)))) * (2.0 / SERIES_NODES)
-    terms[..., 0] *= 0.5
-    series: F64 = np.einsum("hks,sp->hkp", terms, _shifted()) / until ** np.arange(POWERS + 1)
-    return series
-
-
-@functools.cache
-def _shifted() -> F64:
-    """Return the powers (SERIES_NODES, POWERS + 1) in Chebyshev polynomials on 0 … 1; that of order s is T_2s(√f)."""
-    orders = np.zeros((SERIES_NODES, POWERS + 1))
-    orders[0, 0], orders[1, :2] = 1.0, (-1.0, 2.0)
-    for s in range(2, SERIES_NODES):
-        orders[s] = -2.0 * orders[s - 1] - orders[s - 2]
-        orders[s, 1:] += 4.0 * orders[s - 1, :-1]
-    return orders
-
-
 def smooth_energy(system: OpticalSystem, pitch_um: float, nm: float, r: F64) -> F64:
     """Return the asymptotic encircled energy of a lens within radii r, pitches, without ringing."""
     if fades(system):
         return np.ones_like(r)
     until = OF_BREAK * float(breaks_of(system, pitch_um, np.array([nm])).min())
     f = 0.5 * until * (1.0 + chebyshev(SERIES_NODES))
-    series = _coefficients(transfers(system, pitch_um, np.array([nm]), f)[None], until)
+    series = power_series(transfers(system, pitch_um, np.array([nm]), f)[None], until, POWERS + 1)
     powers = _far_powers(np.zeros(1, np.int64), series)[0, 0]
     energy = np.ones_like(r)
     for p, size in enumerate(powers.tolist()):

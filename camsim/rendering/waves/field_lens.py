@@ -21,6 +21,7 @@ import scipy
 from camsim.core.arrays import C128, F64, I64, Floats, distinct
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
+from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import chebyshev, interpolation
 from camsim.optics import OpticalSystem
 from camsim.optics.airy import Airy
@@ -245,7 +246,7 @@ class _Part:
             rest = np.ascontiguousarray(band).reshape(len(flat), -1)
             rest = rest - _times(vectors, _times(np.ascontiguousarray(vectors.T), rest))
             strength = (rest.reshape(band.shape) * np.sqrt(edge)).reshape(len(flat), -1).view(np.float64)
-            fresh = np.linalg.eigh(strength @ strength.T)[1][:, ::-1]
+            fresh = np.linalg.eigh(product(strength, strength.T))[1][:, ::-1]
             modes = _times(np.ascontiguousarray(fresh.T), rest).reshape(-1, *band.shape[1:])
             # The modes that are left out add up with random signs.
             seen = np.einsum("...nd,nd->...d", np.abs(modes), edge).max(axis=-1).sum(axis=-1)
@@ -378,9 +379,11 @@ def _closed(half: C128) -> C128:
 
 
 def _times(matrix: F64, values: C128) -> C128:
-    """Return a real matrix times a complex one (n, m)."""
-    product: C128 = np.matmul(matrix, np.ascontiguousarray(values).view(np.float64)).view(np.complex128)
-    return product
+    """Return a real matrix times complex ones (…, n, m)."""
+    real = np.ascontiguousarray(values).view(np.float64)
+    if real.ndim == 2:
+        return product(matrix, real).view(np.complex128)
+    return np.stack([product(matrix, one) for one in real]).view(np.complex128)
 
 
 def _finer(harmonics: C128, directions: int) -> C128:

@@ -15,6 +15,7 @@ import scipy
 from camsim.core.arrays import C128, F64, I64, Complex, Floats
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
+from camsim.numerics.matrix_products import complex_product
 from camsim.numerics.nonuniform import complex_type
 from camsim.rendering.waves.kernels import add_curves, add_polar, between
 from camsim.rendering.waves.levels import Lattice, Level, lattice_of
@@ -267,9 +268,12 @@ def _photosites(total: Complex, every: int, periods: tuple[int, int], shape: tup
     """
     (px, py), lines, (rows, cols) = (period // every for period in periods), total.shape[1], shape
     cycles = np.outer(np.arange(rows), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
-    waves = np.exp(2j * np.pi / py * cycles) / py if lines < py else None  # products in single differ by processor
+    # Products in single precision would differ by processor.
+    waves = np.exp(1j * (2.0 * np.pi / py * cycles)) / py if lines < py else None
     for whole in total:
-        columns = scipy.fft.ifft(whole, axis=0, overwrite_x=True)[:rows] if waves is None else waves @ whole
+        columns: Complex = (
+            scipy.fft.ifft(whole, axis=0, overwrite_x=True)[:rows] if waves is None else complex_product(waves, whole)
+        )
         # The real part of a sum over all frequencies, as one over those up to Nyquist, of which only the first and
         # Nyquist's itself have no counterpart.
         half = columns[:, : px // 2 + 1]

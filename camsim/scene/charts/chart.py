@@ -56,7 +56,7 @@ class Chart(Compound):
     parameters: Mapping[str, Any] = field(hash=False)
     shapes: tuple[Shape, ...] = field(init=False, repr=False, compare=False)
     _painted: tuple[Primitive, ...] | None = field(default=None, init=False, repr=False, compare=False)
-    _surfaces: tuple[Spectrum, ...] | None = field(default=None, init=False, repr=False, compare=False)
+    _surfaces: tuple[Any, ...] | None = field(default=None, init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:
 
