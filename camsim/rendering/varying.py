@@ -41,7 +41,6 @@ FEWEST, SECONDS = 4, 0.3  # photosites checked, and the seconds of each
 MIDDLE = 0.01, 0.99  # quantiles of the light between which a wavefront's phase sets the number of nodes
 DIGITS, DIGITS_POWER, NODES_OF_WAVE = 0.65, 1.6, 2.0  # rule for the number of wavelengths
 OF_CHECK = 0.5  # tolerance of the check over that of the image
-OF_BASIS = 0.1  # of the tolerance, for the lens's basis: it takes what spikes, which no such lens has, would take
 PLACES = 5  # along either side of the window, at which the lens's spot is computed
 
 
@@ -59,14 +58,9 @@ class VaryingPlan(WavesPlan):
             system=self.job.system,
             wavelength_nm=wavelength_nm,
             pitch_um=self.job.grid.pitch_um,
-            allowed=(OF_TRANSFER + OF_BASIS) * tolerance,
+            allowed=OF_TRANSFER * tolerance,
             planes_nm=self._planes_nm,
         )
-
-    @property
-    def _of_mixtures(self) -> float:
-        """Share of the tolerance for mixtures of colours: what the lens's basis leaves."""
-        return super()._of_mixtures - OF_BASIS
 
     @cached_property
     def _planes_nm(self) -> tuple[float, float]:
