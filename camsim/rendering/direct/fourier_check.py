@@ -30,6 +30,7 @@ NEARER = 0.75  # the reach where spikes set it: farther windows take longer than
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
 MANY = 5_000  # edges above which the image's transforms are reused
 COUNT, FEWEST, OF_IMAGE = 8, 3, 0.07  # photosites; the fewest where separate windows exceed this share of the image's
+COMMON = 4.0  # a window common to all photosites pays while it is smaller than so many windows of one
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,7 +98,7 @@ class FourierCheck:
         """Return how many photosites are checked: those of a small frame share a window."""
         grid, each = self.job.grid, 2.0 * self._image.levels[0].reach
         whole = (grid.rows + each) * (grid.cols + each)
-        return COUNT if whole < COUNT * each**2 else max(FEWEST, min(COUNT, int(OF_IMAGE * whole / each**2)))
+        return COUNT if whole < COMMON * each**2 else max(FEWEST, min(COUNT, int(OF_IMAGE * whole / each**2)))
 
     @property
     def _nothing(self) -> bool:
