@@ -14,7 +14,6 @@ from camsim.config.yaml_text import yaml_text
 from camsim.core.memory import readable
 from camsim.core.words import percent
 
-_WIDTH_OF_A_LOG = 1000
 _NARROWEST = 40  # characters
 _LONGEST_LIST = 12
 
@@ -61,11 +60,12 @@ def _in_columns(lines: Sequence[tuple[str, str]]) -> Iterator[str]:
     """Yield lines of a heading and a text, wrapped to a terminal's width; those of a log are not wrapped."""
     margin = 2 + max(len(heading) for heading, _ in lines)
     terminal = sys.stderr.isatty()
-    width = max(shutil.get_terminal_size().columns - margin, _NARROWEST) if terminal else _WIDTH_OF_A_LOG
+    width = max(shutil.get_terminal_size().columns - margin, _NARROWEST)
     for heading, text in lines:
         shown = heading.ljust(margin)
         first = f"\x1b[1m{shown}\x1b[0m" if terminal and heading else shown
-        for number, part in enumerate(textwrap.wrap(text, width, drop_whitespace=False) or [""]):
+        parts = (textwrap.wrap(text, width, drop_whitespace=False) or [""]) if terminal else [text]
+        for number, part in enumerate(parts):
             yield f"{first if number == 0 else ' ' * margin}{part}".rstrip() + "\n"
 
 
