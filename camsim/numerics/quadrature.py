@@ -114,16 +114,17 @@ def gauss_phases(allowed: float, most: int) -> F64:
     return phases
 
 
-def gauss_pieces(phase: F64, allowed: float, most: int) -> tuple[I64, I64]:
+def gauss_pieces(phase: F64, allowed: float, most: int, passed: F64 | float = 1.0) -> tuple[I64, I64]:
     """Return the number of pieces into which to divide lines, and the nodes (up to ``most``) of each piece.
 
     phase   : half of the phase along each line, radians
     allowed : relative error of a piece
+    passed  : (most,) the part of the error of 1, 2 … nodes that counts
 
     >>> gauss_pieces(np.array([0.01, 3.0, 1000.0]), 1e-12, most=200)
     (array([1, 1, 4]), array([  3,   9, 182]))
     """
-    phases = gauss_phases(allowed, most)
+    phases = gauss_phases(allowed, most) * passed ** (-0.5 / np.arange(1, most + 1))
     pieces = np.maximum(np.ceil(phase / phases[-1]), 1.0).astype(np.int64)
     orders = np.minimum(np.searchsorted(phases, phase / pieces) + 1, most)
     return pieces, orders

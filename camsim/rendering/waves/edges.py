@@ -30,12 +30,14 @@ class EdgeSource:
 
     edges  : pitches from the optical axis
     shares : (spectra, kinds) share of each kind in the spectra on the sides of edges, the background first
-    precision : relative error of the transforms
+    precision : error of the transforms, relative where the lens passes all light
+    passes : frequencies (n,) in even steps, cycles/pitch, and the light of an edge that passes at each
     """
 
     edges: Edges
     shares: F64
     precision: float
+    passes: tuple[F64, F64]
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
@@ -58,6 +60,14 @@ class EdgeSource:
         kinds: int = self.shares.shape[1]
         return kinds
 
+    def _passed(self, cut: float) -> F64:
+        """Return the part of the error of 1, 2 … nodes a piece, f²ⁿ at a frequency f, that passes below ``cut``."""
+        frequency, light = self.passes
+        below = int(np.searchsorted(frequency, cut))
+        growth = np.broadcast_to((frequency[:below] / cut) ** 2, (MOST_NODES, below))
+        passed: F64 = np.minimum(np.einsum("nf,f->n", np.cumprod(growth, axis=0), light[:below]), 1.0)
+        return passed
+
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> Complex | None:
         """Return the transform (kinds, 2n − 1, m) of each kind's regions about an origin; None: no edges."""
         edges = clamped(self.edges, lattice.low, lattice.high, origin)
@@ -72,7 +82,7 @@ class EdgeSource:
         if len(start) <= FEW_EDGES:
             return _in_closed_form(start, end, jump, areas, lattice, complex_type(self.precision))
         kind = complex_type(self.precision, SINGLE)
-        places, which, along = _nodes(start, end, lattice, 0.5 * self.precision, kind)
+        places, which, along = _nodes(start, end, lattice, 0.5 * self.precision, self._passed(lattice.cut), kind)
         rows, shape = lattice.rows, (len(lattice.rows), lattice.counts[0])
         if middle := rows.start + len(rows) // 2:
             along *= np.exp(-1j * middle * places[0].astype(np.float64))
@@ -138,11 +148,11 @@ def _turn(
 
 
 def _nodes(
-    start: F64, end: F64, lattice: Lattice, allowed: float, kind: type[np.complexfloating]
+    start: F64, end: F64, lattice: Lattice, allowed: float, passed: F64, kind: type[np.complexfloating]
 ) -> tuple[tuple[Floats, Floats], I64, C128]:
     """Return the phases of nodes, their edges, and weights times ey + i·ex, shifted to the half plane."""
     length = np.hypot(*(end - start).T)
-    pieces, orders = gauss_pieces(np.pi * lattice.cut * length, allowed, MOST_NODES)
+    pieces, orders = gauss_pieces(np.pi * lattice.cut * length, allowed, MOST_NODES, passed)
     first = np.concatenate([[0], np.cumsum(pieces * orders)])
     counts = tuple(np.flatnonzero(np.bincount(orders)).tolist())
     rules = gauss_rules(counts)

@@ -107,8 +107,12 @@ class WavesPlan:
             shares, contrast = kinds(density[1:] - density[0])
             mixture = lens.mixed(contrast, self._of_mixtures * tolerance)
             shares = np.einsum("sk,mk->sm", shares, mixture)
-            source = EdgeSource(edges=job.edges, shares=shares, precision=precision)
-            found.append((source, np.einsum("mk,kcj->mcj", mixture, contrast), lens))
+            weights = np.einsum("mk,kcj->mcj", mixture, contrast)
+            frequency, size, footprint = self._passes(lens, weights)
+            passes = frequency, _of_edges(size * footprint.max(axis=0), frequency)
+            found.append(
+                (EdgeSource(edges=job.edges, shares=shares, precision=precision, passes=passes), weights, lens)
+            )
         if self.fields is not None:
             found += self._of_fields(self.fields, precision)
         if not found:
@@ -171,22 +175,26 @@ class WavesPlan:
 
     def _band(self, lens: Lens, weights: F64, tolerance: float) -> float:
         """Return the band limit, cycles/pitch: above it, four edges have at most their share of the error."""
+        frequency, size, footprint = self._passes(lens, weights)
+        highest = frequency[0] + frequency[-1]
+        beyond = np.cumsum(_of_edges(size * footprint.max(axis=0), frequency)[::-1])[::-1]
+        if (rings := self.job.rings) is not None:
+            beyond = np.maximum(beyond, rings.beyond(size * footprint.mean(axis=0), highest))  # concentric edges
+        allowed = OF_BAND * tolerance
+        passing = int(np.count_nonzero(beyond > allowed))
+        if self.fields is not None and passing >= NEARLY_ALL * STEPS:
+            passing = STEPS
+        return float(highest * max(passing, 8) / STEPS)
+
+    def _passes(self, lens: Lens, weights: F64) -> tuple[F64, F64, F64]:
+        """Return frequencies (STEPS,), cycles/pitch, the lens's transfer at them, and the footprint's by direction."""
         pitch_um = self.job.grid.pitch_um
         highest = self.job.system.highest_per_um(lens.wavelength_nm) * pitch_um
         frequency = highest * (np.arange(STEPS) + 0.5) / STEPS
         angle = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
         fx, fy = np.outer(np.cos(angle), frequency) / pitch_um, np.outer(np.sin(angle), frequency) / pitch_um
         footprint = np.abs(self.job.system.footprint_otf(fx, fy))
-        light = lens.size(frequency, np.abs(weights).max(axis=(0, 1)))
-        passes = light * footprint.max(axis=0)
-        beyond = np.cumsum((passes / frequency)[::-1])[::-1] * (4.0 / math.pi * highest / STEPS)
-        if (rings := self.job.rings) is not None:
-            beyond = np.maximum(beyond, rings.beyond(light * footprint.mean(axis=0), highest))  # concentric edges
-        allowed = OF_BAND * tolerance
-        passing = int(np.count_nonzero(beyond > allowed))
-        if self.fields is not None and passing >= NEARLY_ALL * STEPS:
-            passing = STEPS
-        return float(highest * max(passing, 8) / STEPS)
+        return frequency, lens.size(frequency, np.abs(weights).max(axis=(0, 1))), footprint
 
     def _levels(self, cut: float, farthest: float, width: float, tolerance: float) -> Sequence[Level]:
         job, system = self.job, self.job.system
@@ -451,6 +459,12 @@ class Waves:
         apart = float(1.0 / job.blur.min() - 1.0 / job.blur.max())
         echoes = min(counted * apart, job.span * apart + digits) if len(job.edges) else counted * apart
         return math.ceil(self.finer * math.ceil(max(digits, echoes) + 2.0 + NODES_OF_WAVE * turned))
+
+
+def _of_edges(passes: F64, frequency: F64) -> F64:
+    """Return the light of four edges at frequencies in even steps, of which a share passes."""
+    light: F64 = passes / frequency * (8.0 / math.pi * frequency[0])
+    return light
 
 
 def _ringing(job: Job, tolerance: float, *, crowded: bool = False) -> float:
