@@ -19,6 +19,7 @@ from camsim.rendering.waves.kernels import slope, transform_edges
 from camsim.rendering.waves.levels import Lattice
 
 MOST_NODES = 200  # of one Gauss rule on an edge; longer edges are divided
+STEPS = 128  # of frequency, over which a rule's error is averaged
 EDGES_AT_ONCE, ROWS_AT_ONCE, PLACES_AT_ONCE = 1000, 16, 10_000
 FEW_EDGES = 64  # for which closed forms at all frequencies take less than quadrature and transforms of its nodes
 NODES_AT_ONCE = 4_000_000  # of all kinds that are transformed together
@@ -31,7 +32,7 @@ class EdgeSource:
     edges  : pitches from the optical axis
     shares : (spectra, kinds) share of each kind in the spectra on the sides of edges, the background first
     precision : error of the transforms, relative where the lens passes all light
-    passes : frequencies (n,) in even steps, cycles/pitch, and the light of an edge that passes at each
+    passes : frequencies (n,), cycles/pitch, and the share of the light that passes at them
     """
 
     edges: Edges
@@ -61,11 +62,11 @@ class EdgeSource:
         return kinds
 
     def _passed(self, cut: float) -> F64:
-        """Return the part of the error of 1, 2 … nodes a piece, f²ⁿ at a frequency f, that passes below ``cut``."""
-        frequency, light = self.passes
-        below = int(np.searchsorted(frequency, cut))
-        growth = np.broadcast_to((frequency[:below] / cut) ** 2, (MOST_NODES, below))
-        passed: F64 = np.minimum(np.einsum("nf,f->n", np.cumprod(growth, axis=0), light[:below]), 1.0)
+        """Return the part of the error of 1, 2 … nodes a piece that passes below ``cut``: it grows as f²ⁿ."""
+        share = (np.arange(STEPS) + 0.5) / STEPS
+        growth = np.cumprod(np.broadcast_to(share**2, (MOST_NODES, STEPS)), axis=0)
+        light = np.interp(cut * share, *self.passes) * (4.0 / math.pi / STEPS) / share
+        passed: F64 = np.clip(np.einsum("nf,f->n", growth, light), np.finfo(float).tiny, 1.0)
         return passed
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> Complex | None:

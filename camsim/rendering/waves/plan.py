@@ -109,10 +109,9 @@ class WavesPlan:
             shares = np.einsum("sk,mk->sm", shares, mixture)
             weights = np.einsum("mk,kcj->mcj", mixture, contrast)
             frequency, size, footprint = self._passes(lens, weights)
-            passes = frequency, _of_edges(size * footprint.max(axis=0), frequency)
-            found.append(
-                (EdgeSource(edges=job.edges, shares=shares, precision=precision, passes=passes), weights, lens)
-            )
+            passes = frequency, size * footprint.max(axis=0)
+            source = EdgeSource(edges=job.edges, shares=shares, precision=precision, passes=passes)
+            found.append((source, weights, lens))
         if self.fields is not None:
             found += self._of_fields(self.fields, precision)
         if not found:
@@ -177,7 +176,8 @@ class WavesPlan:
         """Return the band limit, cycles/pitch: above it, four edges have at most their share of the error."""
         frequency, size, footprint = self._passes(lens, weights)
         highest = frequency[0] + frequency[-1]
-        beyond = np.cumsum(_of_edges(size * footprint.max(axis=0), frequency)[::-1])[::-1]
+        passes = size * footprint.max(axis=0)
+        beyond = np.cumsum((passes / frequency)[::-1])[::-1] * (4.0 / math.pi * highest / STEPS)
         if (rings := self.job.rings) is not None:
             beyond = np.maximum(beyond, rings.beyond(size * footprint.mean(axis=0), highest))  # concentric edges
         allowed = OF_BAND * tolerance
@@ -459,12 +459,6 @@ class Waves:
         apart = float(1.0 / job.blur.min() - 1.0 / job.blur.max())
         echoes = min(counted * apart, job.span * apart + digits) if len(job.edges) else counted * apart
         return math.ceil(self.finer * math.ceil(max(digits, echoes) + 2.0 + NODES_OF_WAVE * turned))
-
-
-def _of_edges(passes: F64, frequency: F64) -> F64:
-    """Return the light of four edges at frequencies in even steps, of which a share passes."""
-    light: F64 = passes / frequency * (8.0 / math.pi * frequency[0])
-    return light
 
 
 def _ringing(job: Job, tolerance: float, *, crowded: bool = False) -> float:
