@@ -102,13 +102,10 @@ def run() -> None:
         # A terminal without µ must not end a capture.
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
-    # Imports create a million permanent objects. Garbage collection of these, while they are
-    # created and again at exit, takes 0.9 s; ``look_in_new`` enables the collector again.
-    gc.disable()
     try:
         _ready_for(sys.argv[1:2])()
     finally:
-        gc.freeze()
+        gc.freeze()  # or the collector looks at all modules at exit
 
 
 def _ready_for(first: list[str]) -> typer.Typer:

@@ -33,7 +33,8 @@ CHEAP_SECONDS = 0.05  # cost of the boundary engine up to which a plan of the ot
 IMAGE_BYTES = 24.0  # of a photosite: whole images, which do not count as an engine's tables and transforms
 AROUND = 1.5  # what counted operations take in all, with what is not counted
 CAPTURE_SECONDS, RECORDED_SECONDS = 0.035, 5e-8  # of a capture, and of a photosite's noise and code
-CROWD = 20_000  # edges from which on closed forms are not considered
+CROWD = 1_000, 20_000  # edges from which on closed forms are not considered: in small frames, and in large ones
+EACH = 40  # photosites to an edge, for frames between
 CURVES = 1_000  # lines, circles and other curves of a scene that direct sums check, however many edges they become
 DIRECT = 2e-7  # finest tolerance that direct sums can check
 WIDEST = 50.0  # largest side of a picture's sample for direct sums, in periods of the highest frequency
@@ -124,8 +125,8 @@ def fits(plan: Plan) -> bool:
 
 def _auto(job: Job, samples: int | None) -> tuple[str, str, Plan]:
     """Return the name of the cheaper engine, the reason, and its plan."""
-    finest = job.finest
-    if finest is None or job.tolerance < finest or len(job.edges) >= CROWD:
+    finest, crowd = job.finest, min(max(job.grid.rows * job.grid.cols / EACH, CROWD[0]), CROWD[1])
+    if finest is None or job.tolerance < finest or len(job.edges) >= crowd:
         why = f"{len(job.edges)} edges"
         if finest is None:
             why = job.unknown
