@@ -84,7 +84,7 @@ def _of_commands() -> Iterator[str]:
     helps: dict[tuple[str, ...], str] = {}
     for path, command in _commands(typer.main.get_command(app), ("camsim",)):
         context = command.make_context(" ".join(path), [], resilient_parsing=True)
-        options[path] = [_option(option) for option in command.get_params(context) if option.opts != ["--help"]]
+        options[path] = [_option(option) for option in command.get_params(context) if "--help" not in option.opts]
         helps[path] = (command.help or "").replace("\b", "").strip()
     counts = Counter(line for lines in options.values() for line in lines)
     common = [line for line, count in counts.most_common() if count >= _COMMON and line.startswith("| `-")]
