@@ -9,14 +9,22 @@ import json
 import os
 import tempfile
 from collections.abc import Callable
-from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TypeVar
 
 import platformdirs
 
 T = TypeVar("T")
-_version = functools.cache(metadata.version)  # reads a package's metadata, which is slow
+
+
+@functools.cache
+def _package() -> bytes:
+    """Return the first file of colour-science, which has its version; looking for that in the metadata takes longer."""
+    spec = find_spec("colour")
+    assert spec is not None
+    assert spec.origin is not None
+    return Path(spec.origin).read_bytes()
 
 
 def cached(make: Callable[[], T]) -> Callable[[], T]:
@@ -29,8 +37,7 @@ def cached(make: Callable[[], T]) -> Callable[[], T]:
     @functools.cache
     def known() -> T:
         source = Path(make.__code__.co_filename).read_bytes()
-        of = f"{make.__qualname__} {_version('colour-science')} {hashlib.sha256(source).hexdigest()}"
-        key = hashlib.sha256(of.encode()).hexdigest()[:16]
+        key = hashlib.sha256(make.__qualname__.encode() + _package() + source).hexdigest()[:16]
         file = platformdirs.user_cache_path("camsim") / "curves" / f"{make.__name__.strip('_')}-{key}.json"
         with contextlib.suppress(OSError, ValueError):
             digest, _, text = file.read_text(encoding="utf-8").partition("\n")

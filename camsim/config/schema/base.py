@@ -1,11 +1,13 @@
 """What all tables of the schema share."""
 
+import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias, get_args
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, GetJsonSchemaHandler, Tag
 from pydantic.fields import FieldInfo
+from pydantic_core import core_schema
 
 from camsim.core.annotations import Called
 from camsim.core.typed import Count, Fraction, NonNegative, Positive
@@ -60,6 +62,64 @@ class Makes:
     make: Callable[..., Any]
     also: tuple[str, ...] = ()
     reads: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ToldBy:
+    """Annotation of a union of tables of which a key tells which one a value is.
+
+    The validator of a table is built when a file first has one: to build those of all shapes takes longer than to read
+    a scene.
+    """
+
+    key: str
+
+    def __get_pydantic_core_schema__(self, union: Any, _: Any) -> core_schema.CoreSchema:
+        """Return the schema of a value that is one of the tables."""
+        choices: dict[Any, core_schema.CoreSchema] = {}
+        for member in get_args(union):
+            tables, told = get_args(member) or (member, None)
+            first = get_args(tables)[0] if told else tables
+            schema = told.__get_pydantic_core_schema__(tables, _) if told else _when_needed(tables)
+            choices |= dict.fromkeys(get_args(first.model_fields[self.key].annotation), schema)
+        return core_schema.tagged_union_schema(choices, self.key)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Return the JSON Schema, which has each table whole, but those of which this is a part."""
+        tables = set(_tables(schema)) - _STATED
+        _STATED.update(tables)
+        try:
+            return handler(_whole(schema, tables))
+        finally:
+            _STATED.difference_update(tables)
+
+
+_STATED: set[type[Table]] = set()
+
+
+def _when_needed(table: type[Table]) -> core_schema.CoreSchema:
+    # Values are lists for tuples, which strict pydantic accepts in JSON only.
+    return core_schema.no_info_plain_validator_function(
+        lambda value: table.model_validate_json(json.dumps(value)), metadata={"table": table}
+    )
+
+
+def _tables(schema: Any) -> Iterator[type[Table]]:
+    for choice in schema["choices"].values():
+        if "choices" in choice:
+            yield from _tables(choice)
+        else:
+            yield choice["metadata"]["table"]
+
+
+def _whole(schema: Any, tables: set[type[Table]]) -> Any:
+    if "choices" in schema:
+        return schema | {"choices": {tag: _whole(choice, tables) for tag, choice in schema["choices"].items()}}
+    table = schema["metadata"]["table"]
+    table.model_rebuild()
+    whole = table.__pydantic_core_schema__
+    inner = whole["schema"] if whole["type"] == "definitions" else whole
+    return whole if table in tables else core_schema.definition_reference_schema(inner["ref"])
 
 
 def _form(value: Any) -> str:

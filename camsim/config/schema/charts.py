@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, TypeAlias, Union, get_args, get_orig
 
 from pydantic import Field, create_model
 
-from camsim.config.schema.base import Point, Reflectance, Table
+from camsim.config.schema.base import Point, Reflectance, Table, ToldBy
 from camsim.core.typed import Point as ParameterPoint
 from camsim.scene.charts import KNOWN, meanings, parameters
 from camsim.spectra import curve
@@ -72,5 +72,5 @@ def is_of_reflectances(kind: Any) -> bool:
 CHART_TABLES: dict[str, type[Table]] = {name: _table(name, draw) for name, draw in KNOWN.items()}
 
 Chart: TypeAlias = Annotated[  # type: ignore[valid-type]
-    functools.reduce(operator.or_, CHART_TABLES.values()), Field(discriminator="name")
+    functools.reduce(operator.or_, CHART_TABLES.values()), ToldBy("name")
 ]

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, Tag
 
-from camsim.config.schema.base import Makes, Name, Table, by_form
+from camsim.config.schema.base import Makes, Name, Table, ToldBy, by_form
 from camsim.core.annotations import Called
 from camsim.core.typed import Fraction, NonNegative
 from camsim.files.hot_list import Hot, read_hot
@@ -99,7 +99,7 @@ class ResponseTable(Table):
         return nonlinearity.ResponseTable(tuple(self.electrons_in), tuple(self.electrons_out))
 
 
-Nonlinearity: TypeAlias = Annotated[Polynomial | ResponseTable, Field(discriminator="kind")]
+Nonlinearity: TypeAlias = Annotated[Polynomial | ResponseTable, ToldBy("kind")]
 
 
 def _darks(name: str, path: Path | None) -> Any:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
-from camsim.config.schema.base import Filter, Name, Table, Transmission
+from camsim.config.schema.base import Filter, Name, Table, ToldBy, Transmission
 from camsim.core.annotations import Called
 from camsim.core.typed import FNumber, Fraction, NonNegative
 
@@ -25,7 +25,7 @@ class RadialFalloff(Table):
     values: list[Fraction] = Field(min_length=2, description="light there relative to the axis, the first 1")
 
 
-Falloff: TypeAlias = Annotated[Cos4Falloff | RadialFalloff, Field(discriminator="kind")]
+Falloff: TypeAlias = Annotated[Cos4Falloff | RadialFalloff, ToldBy("kind")]
 
 
 class MountTable(Table):
@@ -208,5 +208,5 @@ Lens: TypeAlias = Annotated[
     | RadialOtfLens
     | MeasuredPsfLens
     | MeasuredOtfLens,
-    Field(discriminator="kind"),
+    ToldBy("kind"),
 ]

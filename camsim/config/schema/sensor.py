@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, Tag
 
-from camsim.config.schema.base import Curve, Filter, Name, Table, by_form
+from camsim.config.schema.base import Curve, Filter, Name, Table, ToldBy, by_form
 from camsim.config.schema.electronics import Charge, Readout
 from camsim.core.annotations import Called
 from camsim.core.typed import Pitch
@@ -62,7 +62,7 @@ class PolygonPhotosite(Table):
 
 Photosite: TypeAlias = Annotated[
     SquarePhotosite | RectangularPhotosite | CircularPhotosite | RoundedPhotosite | PolygonPhotosite,
-    Field(discriminator="kind"),
+    ToldBy("kind"),
 ]
 
 
@@ -115,7 +115,7 @@ def _one_split(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "split_pitches", "given together with 'split_um'; leave one of the two out"
 
 
-Olpf: TypeAlias = Annotated[FourSpotOlpf | TwoSpotOlpf, Field(discriminator="kind")]
+Olpf: TypeAlias = Annotated[FourSpotOlpf | TwoSpotOlpf, ToldBy("kind")]
 
 
 class BayerCfa(Table):
@@ -150,7 +150,7 @@ class LetterCfa(Table):
     )
 
 
-Cfa: TypeAlias = Annotated[BayerCfa | QuadBayerCfa | NamedCfa | LetterCfa, Field(discriminator="kind")]
+Cfa: TypeAlias = Annotated[BayerCfa | QuadBayerCfa | NamedCfa | LetterCfa, ToldBy("kind")]
 Channel: TypeAlias = Annotated[str, Field(pattern="^([A-Za-z]|Gr|Gb)$", description="a channel: one letter, Gr or Gb")]
 Curves: TypeAlias = Annotated[Annotated[Name, Tag("word")] | Annotated[dict[Channel, Curve], Tag("table")], by_form]
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Tag
 
-from camsim.config.schema.base import Point, Reflectance, Table, by_form
+from camsim.config.schema.base import Point, Reflectance, Table, ToldBy, by_form
 from camsim.config.schema.charts import Chart
 from camsim.config.schema.drawings import Svg
 from camsim.config.schema.gradients import (
@@ -242,7 +242,7 @@ _Kinds: TypeAlias = (
     | Chart
     | Svg
 )
-Shape: TypeAlias = Annotated[_Kinds, Field(discriminator="kind")]
+Shape: TypeAlias = Annotated[_Kinds, ToldBy("kind")]
 _Fields: TypeAlias = Picture | PointSource | LinearGradient | RadialGradient | SineGrating | SineStar | SineZonePlate
-Placed: TypeAlias = Annotated[_Kinds | _Fields, Field(discriminator="kind")]
+Placed: TypeAlias = Annotated[_Kinds | _Fields, ToldBy("kind")]
 """A shape of a scene; within groups and as clips there are no pictures, gradients and points."""

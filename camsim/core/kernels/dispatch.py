@@ -179,9 +179,14 @@ def _type_of(value: Any) -> Any:
     if isinstance(value, tuple):
         return types.BaseTuple.from_types([_type_of(part) for part in value], type(value))
     if type(value) is np.ndarray:
-        layout, readonly = numpy_support.map_layout(value), not value.flags.writeable
-        return types.Array(numpy_support.from_dtype(value.dtype), value.ndim, layout, readonly=readonly)
+        return _array(value.dtype, value.ndim, numpy_support.map_layout(value), not value.flags.writeable)
     return typeof(value)
+
+
+@functools.cache
+def _array(dtype: Any, dimensions: int, layout: Any, readonly: bool) -> Any:
+    """Return the type of arrays, cached, since Numba compares each that is made with all others."""
+    return types.Array(numpy_support.from_dtype(dtype), dimensions, layout, readonly=readonly)
 
 
 def _has_arrays(kind: Any) -> bool:
