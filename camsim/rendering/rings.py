@@ -105,7 +105,7 @@ def _see(start: F64, end: F64, jump: F64, place: tuple[float, float], longest: f
     """Add the fraction of the circle about a place over which each edge's distance varies by less than half a wave."""
     for e in range(len(start)):
         x, y, ex, ey = start[e, 0] - place[0], start[e, 1] - place[1], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
-        length = math.hypot(ex, ey)
+        length = math.sqrt(ex * ex + ey * ey)
         if length == 0.0:
             continue
         begin, aside = (x * ex + y * ey) / length, (x * ey - y * ex) / length
