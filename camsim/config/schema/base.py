@@ -78,9 +78,11 @@ class ToldBy:
         """Return the schema of a value that is one of the tables."""
         choices: dict[Any, core_schema.CoreSchema] = {}
         for member in get_args(union):
-            tables, told = get_args(member) or (member, None)
-            first = get_args(tables)[0] if told else tables
-            schema = told.__get_pydantic_core_schema__(tables, _) if told else _when_needed(tables)
+            if among := get_args(member):  # charts, of one kind, are told apart by name
+                tables, by_name = among
+                first, schema = get_args(tables)[0], by_name.__get_pydantic_core_schema__(tables, _)
+            else:
+                first, schema = member, _when_needed(member)
             choices |= dict.fromkeys(get_args(first.model_fields[self.key].annotation), schema)
         return core_schema.tagged_union_schema(choices, self.key)
 
