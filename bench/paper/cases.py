@@ -32,6 +32,7 @@ SHIFTS = 25
 FEW_SHIFTS = (3, 5)  # of other programs and quick runs; of what takes long
 FINE = 0.9e-6  # tolerances below this take long
 TOLERANCES = tuple(10.0**-k for k in range(2, 12))
+BETWEEN = 3e-7  # a tolerance that keeps the error of GalSim's finest setting, which 1e-6 misses by little
 EXACT = ("auto", "boundary", "fourier")
 IMPORTANCE = (121, 2025, 40401)  # samples; the last on an Airy pattern alone, elsewhere it shows the same for longer
 SAMPLED: dict[str, tuple[int | None, ...]] = {
@@ -162,7 +163,7 @@ class Setting:
     def label(self) -> str:
         """The method and its knob in words."""
         if self.tolerance is not None:
-            return f"{self.method} 1e{math.floor(math.log10(self.tolerance) + 0.5)}"
+            return f"{self.method} {self.tolerance:.0e}".replace("e-0", "e-")
         if self.samples is not None:
             return f"{self.method}, {self.samples} samples"
         return self.method if self.knob is None else f"{self.program}, {self.method} {self.knob:g}"
@@ -173,8 +174,9 @@ def settings_of(psf: Psf, methods: Sequence[str], *, quick: bool = False) -> lis
     settings = []
     for method in methods:
         if method in EXACT:
-            decades = TOLERANCES if psf.name in CORE_PSFS and not quick else TOLERANCES[::2]
-            settings += [Setting(method=method, tolerance=tolerance) for tolerance in decades]
+            all_of_them = psf.name in CORE_PSFS and not quick
+            tolerances = sorted((*TOLERANCES, BETWEEN), reverse=True) if all_of_them else TOLERANCES[::2]
+            settings += [Setting(method=method, tolerance=tolerance) for tolerance in tolerances]
         elif not psf.green and not (method == "strips" and (not psf.gaussian or psf.side_px)):
             bare = not psf.gaussian and psf.side_px == 0.0
             most = IMPORTANCE[0 if quick else 2 if bare else 1]

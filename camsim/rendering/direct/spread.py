@@ -29,7 +29,7 @@ FEW_BREAKS, NEAREST = 64, 1.0 / 64.0  # with more breaks than this, those closer
 QUINTIC = 1.0 / 46080.0  # error of quintic interpolation between two rows, over the sixth derivative times step⁶
 STEEP = 0.02  # sixth derivative, over that of a wave of the highest frequency
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # per period of the highest frequency
-FIRST_ZONE, WIDER = 8.0, 6.0  # zones of equal density: size of the first in periods, ratio of the others
+FIRST_ZONE, WIDER = 8.0, 3.0  # zones of equal density: size of the first in periods, ratio of the others
 ANGLES, FEW_HARMONICS = 8, 3.0  # directions beyond the highest order; radians of phase with hardly a harmonic
 ROUNDING = 1e-13  # of signals that are linear combinations of others
 NOTHING = 1e-300  # keeps a quotient of zeros finite
@@ -112,7 +112,8 @@ def _made(
         return product(density, transfers(system, pitch_um, wavelength_nm, f))
 
     curves = passed(f)
-    angles = 2 * math.ceil(phase + 8.0 * math.cbrt(phase) + 8.0) if extent else 1
+    beyond = 8.0 * (math.cbrt(phase) + 1.0) * min(math.log10(allowed) / math.log10(ROUNDING), 1.0)
+    angles = 2 * math.ceil(phase + beyond) if extent else 1
     around = functools.partial(_around, system, pitch_um, spline, angles=angles)
     orders, shapes, sines = _harmonics(around(f), np.abs(curves).max(axis=0), allowed)
     # ∫ J_m(x) x dx over all x is m.
