@@ -36,7 +36,7 @@ CAPTURE_SECONDS, RECORDED_SECONDS = 0.035, 5e-8  # of a capture, and of a photos
 CROWD = 1_000, 20_000  # edges from which on closed forms are not considered: in small frames, and in large ones
 EACH = 40  # photosites to an edge, for frames between
 CURVES = 1_000  # lines, circles and other curves of a scene that direct sums check, however many edges they become
-DIRECT = 2e-7  # finest tolerance that direct sums can check
+DIRECT = 1e-8  # finest tolerance that direct sums check
 WIDEST = 50.0  # largest side of a picture's sample for direct sums, in periods of the highest frequency
 
 
