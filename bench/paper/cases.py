@@ -175,8 +175,8 @@ def settings_of(psf: Psf, methods: Sequence[str], *, quick: bool = False) -> lis
     settings = []
     for method in methods:
         if method in EXACT:
-            tolerances = TOLERANCES if psf.name in CORE_PSFS else FEW_TOLERANCES
-            tolerances = (*FEW_TOLERANCES, BEYOND) if quick else tolerances
+            few = (*FEW_TOLERANCES, BEYOND) if quick else FEW_TOLERANCES
+            tolerances = TOLERANCES if psf.name in CORE_PSFS and not quick else few
             settings += [Setting(method=method, tolerance=tolerance) for tolerance in tolerances]
         elif not psf.green and not (method == "strips" and (not psf.gaussian or psf.side_px)):
             bare = not psf.gaussian and psf.side_px == 0.0
