@@ -225,34 +225,16 @@ class FieldCheck:
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Recompute photosites, each in its channel of ``sets`` (..., photosites)."""
-        values = np.empty(sets.shape)
-        for k, (row, col) in enumerate(zip(rows.tolist(), cols.tolist(), strict=True)):
-            values[..., k] = self._one(row, col)[sets[..., k]]
-        return values
-
-    def _one(self, row: int, col: int) -> F64:
-        """Return one photosite's value in each channel."""
-        plan, base = self.plan, self.plan.job.base
+        plan, values = self.plan, self.plan.job.base[sets]
         if isinstance(plan, FlatPlan):
-            return base
-        grid = plan.job.grid
-        one = dataclasses.replace(
-            grid,
-            rows=1,
-            cols=1,
-            origin=(grid.origin[0] + row, grid.origin[1] + col),
-            frame=grid.frame or (grid.rows, grid.cols),
-        )
-        tolerance = OF_CHECK * plan.job.tolerance
-        job = dataclasses.replace(plan.job, grid=one, tolerance=tolerance)
+            return values
         fields = plan.fields and dataclasses.replace(plan.fields, tolerance=OF_CHECK * plan.fields.tolerance)
-        place = planned(VaryingPlan, job=job, fields=fields, lens=plan.lens, settings=plan.settings)
-        image = place.image
-        if image is None:
-            return base
-        _, _, light = next(image.planes(one.first_centre, (1, 1)))
-        seen: F64 = base + light[:, 0, 0]
-        return seen
+        job = plan.job.to(OF_CHECK * plan.job.tolerance)
+        image = planned(VaryingPlan, job=job, fields=fields, lens=plan.lens, settings=plan.settings).image
+        if isinstance(image, VaryingImage):
+            found = image.at(job.grid.first_centre, rows, cols)
+            values += np.take_along_axis(found, sets.reshape(-1, rows.size), axis=0).reshape(sets.shape)
+        return values
 
 
 def _bending(lens: Varies, system: OpticalSystem, grid: Grid, seen_nm: F64, tolerance: float) -> Bending:

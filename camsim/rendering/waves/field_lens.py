@@ -474,6 +474,14 @@ class VaryingImage:
                 add(image, part)
             yield *part, image
 
+    def at(self, origin: tuple[float, float], rows: I64, cols: I64) -> F64:
+        """Return the light (channels, n) to add to the background at n photosites, each with the lens at its place."""
+        image = np.zeros((self.sources[0][1].shape[1], rows.size, 1))
+        for k, (row, col) in enumerate(zip(rows.tolist(), cols.tolist(), strict=True)):
+            for one in self.sources:
+                self._add_near(image[:, k : k + 1], one, self.levels, (origin[0] + col, origin[1] + row))
+        return image[..., 0]
+
     def _add_near(
         self, image: F64, one: tuple[Source, F64, VaryingLens], near: Sequence[Level], at: tuple[float, float]
     ) -> None:

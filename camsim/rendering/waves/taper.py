@@ -10,7 +10,7 @@ import scipy
 
 from camsim.core.arrays import F64
 
-TAPER_DEGREE = 63
+TAPER_DEGREE, ROUNDING = 63, 1e-17
 
 
 def taper_margin(level: float) -> tuple[float, float]:
@@ -24,20 +24,32 @@ def taper_margin(level: float) -> tuple[float, float]:
 
 
 @functools.lru_cache(maxsize=64)
-def taper(sharpness: float) -> np.polynomial.Chebyshev:
-    """Return the taper from 1 at −1 to 0 at 1 as a polynomial: 1 minus the integral of its window from −1."""
+def taper(sharpness: float) -> F64:
+    """Return the taper from ½ at −1 to −½ at 1, as coefficients of the Chebyshev polynomials of odd degree.
+
+    It is the negative integral of its window, whose highest degrees are left out below rounding.
+    """
     window = np.polynomial.Chebyshev.interpolate(
         lambda t: scipy.special.i0(sharpness * np.sqrt((1.0 - t) * (1.0 + t))) / scipy.special.i0(sharpness),
         TAPER_DEGREE,
     )
-    total = window.integ(lbnd=-1)
-    return 1.0 - total / total(1.0)
+    odd: F64 = window.integ().coef[1::2]
+    odd *= -0.5 / odd.sum()
+    return odd[: int(np.flatnonzero(np.abs(odd) > ROUNDING).max()) + 1]
 
 
-def tapered(distance: F64, inner: float, outer: float, shape: np.polynomial.Chebyshev) -> F64:
+def tapered(distance: F64, inner: float, outer: float, shape: F64) -> F64:
     """Return the taper, 1 up to the inner and 0 from the outer radius on, at distances (0 or more)."""
-    if outer == inner:
-        return np.ones_like(distance)
-    t = np.clip((2.0 * distance - inner - outer) / (outer - inner), -1.0, 1.0)
-    values: F64 = shape(t)
+    values = np.where(distance < outer, 1.0, 0.0)
+    between = (distance > inner) & (distance < outer)
+    t = (2.0 * distance[between] - inner - outer) / (outer - inner)
+    # Clenshaw's recurrence over odd degrees: T_{n+2} = 2·T_2·T_n − T_{n−2}.
+    twice = 4.0 * t * t - 2.0
+    one, two = np.zeros_like(t), np.zeros_like(t)
+    for c in shape[::-1].tolist():
+        two *= -1.0
+        two += c
+        two += twice * one
+        one, two = two, one
+    values[between] = 0.5 + t * (one - two)
     return values
