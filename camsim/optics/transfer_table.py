@@ -73,16 +73,17 @@ class TransferTable:
 
         frequency_per_um : (n,) values of ρ/λN, with ρ measured by ``border`` in each direction
         """
-        count = self.values.shape[2] // self.panels
-        place = np.arange(-1.0, each + 2.0) / each
-        one = interpolation(chebyshev(count), 2.0 * place - 1.0)
-        values = self.values.reshape(-1, count)
-        across = np.ascontiguousarray(one.T)
-        spread: F64 | C128 = product(np.ascontiguousarray(values.real), across)
-        if values.imag.any():
-            spread = spread + 1j * product(np.ascontiguousarray(values.imag), across)
-        turned = spread.reshape(*self.values.shape[:2], -1)
-        found = self._at_radii(frequency_per_um, _parts(turned), turned.shape[2])
+        if each not in self._cache:
+            count = self.values.shape[2] // self.panels
+            place = np.arange(-1.0, each + 2.0) / each
+            one = interpolation(chebyshev(count), 2.0 * place - 1.0)
+            values = self.values.reshape(-1, count)
+            across = np.ascontiguousarray(one.T)
+            spread: F64 | C128 = product(np.ascontiguousarray(values.real), across)
+            if values.imag.any():
+                spread = spread + 1j * product(np.ascontiguousarray(values.imag), across)
+            self._cache[each] = _parts(spread.reshape(*self.values.shape[:2], -1))
+        found = self._at_radii(frequency_per_um, self._cache[each], self.panels * (each + 3))
         return found.reshape(*found.shape[:2], self.panels, each + 3)
 
     def along(self, frequency_per_um: F64, directions: int, angle_rad: float = 0.0) -> F64 | C128:
@@ -116,7 +117,7 @@ class TransferTable:
         return self._cache[key]
 
     @cached_property
-    def _cache(self) -> dict[tuple[int, float], list[tuple[F64, F64 | None]]]:
+    def _cache(self) -> dict[tuple[int, float] | int, list[tuple[F64, F64 | None]]]:
         return {}
 
 

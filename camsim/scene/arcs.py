@@ -9,7 +9,6 @@ Places are complex numbers here.
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import Any, NamedTuple, Protocol
 
@@ -20,7 +19,7 @@ from camsim.scene.curves import ARC, CUBIC, Curves
 
 HALVINGS = 40
 BESIDE = 0.02  # of an arc's length
-LOOKED_AT = (0.15, 0.3, 0.5, 0.7, 0.85)  # parameters of a piece at which the distance is measured
+LOOKED_AT, MIDDLE = (0.15, 0.3, 0.5, 0.7, 0.85), 2  # parameters of a piece where distance is measured; 0.5 among them
 MOST_BEND = 0.5  # of a piece, radians
 OF_CUT = 12.0  # times the allowed: half of a biarc has an area error of a third of its length times its deviation
 ROUNDING = 1e-15  # of the largest coordinate: error of places; that of areas is this times their length
@@ -91,10 +90,8 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
     away = fine.away if fine.away is not None and fine.away.reached_by(curves) else None
     of_far = 0.0 if away is None else FAR_PART * fine.allowed / away.much_of(curves)
 
-    lines_of = functools.partial(_lines, curves)
-
     def close(some: _Stretches, pairs: Arcs) -> np.ndarray:
-        off, bend, length, gained = _fit(curves, some, pairs)
+        off, bend, length, gained = _fit(some, pairs)
         rounding = ROUNDING * extent[some.owner]
         good = (
             (off <= fine.most_off)
@@ -123,13 +120,13 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         pairs = _pairs(stretches, np.ones(len(owner)))
         good = close(stretches, pairs)
         # Biarcs with a wrong area get another joint; nearly straight parts become lines.
-        for others_of in (_of_one_area, lines_of):
+        for others_of in (_of_one_area, _lines):
             poor = np.flatnonzero(~good)
             some = picked(stretches, poor)
             others = others_of(some)
             better = close(some, others)
-            if others_of is lines_of:
-                better |= _room(curves, some) <= least
+            if others_of is _lines:
+                better |= _room(some) <= least
             for column, other in zip(pairs[1:], others[1:], strict=True):
                 column[poor[better]] = other[better]
             good[poor] = better
@@ -164,28 +161,30 @@ def _areas(pairs: Arcs) -> F64:
 
 
 def _places(curves: Curves, owner: I64, t: F64) -> tuple[C128, C128]:
-    """Return points and directions of curves, each at its parameter."""
-    p = curves.points[owner, :, 0] + 1j * curves.points[owner, :, 1]
-    a, b, c, d = p.T
-    kind, turn = curves.kind[owner], curves.turn_rad[owner]
+    """Return points (n, m) and directions of curves (n,) at parameters (n, m)."""
+    p = curves.points[owner, :, :1] + 1j * curves.points[owner, :, 1:]
+    a, b, c, d = np.moveaxis(p, 1, 0)
+    kind, turn = curves.kind[owner][:, None], curves.turn_rad[owner][:, None]
     s = 1.0 - t
     # De Casteljau's scheme.
     ab, bc, cd = s * a + t * b, s * b + t * c, s * c + t * d
     abc, bcd = s * ab + t * bc, s * bc + t * cd
-    phase = turn * t
-    round_place = (a - b) + b * np.cos(phase) + c * np.sin(phase)
-    round_way = turn * (c * np.cos(phase) - b * np.sin(phase))
-    place = np.where(kind == CUBIC, s * abc + t * bcd, np.where(kind == ARC, round_place, s * a + t * d))
-    way = np.where(kind == CUBIC, bcd - abc, np.where(kind == ARC, round_way, d - a))
+    cubic, is_round = kind == CUBIC, kind == ARC
+    place, way = np.where(cubic, s * abc + t * bcd, s * a + t * d), np.where(cubic, bcd - abc, d - a)
+    if is_round.any():
+        cos, sin = np.cos(turn * t), np.sin(turn * t)
+        place = np.where(is_round, (a - b) + b * cos + c * sin, place)
+        way = np.where(is_round, turn * (c * cos - b * sin), way)
     # If control points coincide, the direction is that of the next ones.
-    none = (np.abs(way) <= 1e-14 * (np.abs(b - a) + np.abs(c - b) + np.abs(d - c))) & (kind == CUBIC)
-    way = np.where(none, np.where(t < 0.5, np.where(c != a, c - a, d - a), np.where(d != b, d - b, d - a)), way)
+    none = (np.abs(way) <= 1e-14 * (np.abs(b - a) + np.abs(c - b) + np.abs(d - c))) & cubic
+    if none.any():
+        way = np.where(none, np.where(t < 0.5, np.where(c != a, c - a, d - a), np.where(d != b, d - b, d - a)), way)
     size = np.abs(way)
     return place, way / np.where(size > 0.0, size, 1.0)
 
 
 class _Stretches(NamedTuple):
-    """Parts of curves from t0 to t1: end points, directions there, and areas over their chords."""
+    """Parts of curves from t0 to t1: end points, directions there, places at ``LOOKED_AT``, areas over their chords."""
 
     owner: I64
     t0: F64
@@ -194,17 +193,18 @@ class _Stretches(NamedTuple):
     out: C128
     finish: C128
     into: C128
+    along: C128
     areas: F64
 
 
 def _stretches(curves: Curves, owner: I64, t0: F64, t1: F64) -> _Stretches:
     """Cut stretches out of curves; ends of a curve keep their exact coordinates."""
-    begin, out = _places(curves, owner, t0)
-    finish, into = _places(curves, owner, t1)
+    place, way = _places(curves, owner, t0[:, None] + np.array([0.0, *LOOKED_AT, 1.0]) * (t1 - t0)[:, None])
     one = curves.points[owner]
-    begin = np.where(t0 == 0.0, one[:, 0, 0] + 1j * one[:, 0, 1], begin)
-    finish = np.where(t1 == 1.0, one[:, 3, 0] + 1j * one[:, 3, 1], finish)
-    return _Stretches(owner, t0, t1, begin, out, finish, into, curves.some(owner).areas(t0, t1))
+    begin = np.where(t0 == 0.0, one[:, 0, 0] + 1j * one[:, 0, 1], place[:, 0])
+    finish = np.where(t1 == 1.0, one[:, 3, 0] + 1j * one[:, 3, 1], place[:, -1])
+    areas = curves.some(owner).areas(t0, t1)
+    return _Stretches(owner, t0, t1, begin, way[:, 0], finish, way[:, -1], place[:, 1:-1], areas)
 
 
 def _pairs(stretches: _Stretches, longer: F64) -> Arcs:
@@ -234,20 +234,17 @@ def _pairs(stretches: _Stretches, longer: F64) -> Arcs:
     return Arcs(stretches.owner, start, end, bends)
 
 
-def _lines(curves: Curves, stretches: _Stretches) -> Arcs:
-    """Return pairs of straight lines between the ends of stretches, via a point of their curves."""
-    begin, finish = stretches.begin, stretches.finish
-    middle, _ = _places(curves, stretches.owner, 0.5 * (stretches.t0 + stretches.t1))
+def _lines(stretches: _Stretches) -> Arcs:
+    """Return pairs of straight lines between the ends of stretches, via the middle of their curves."""
+    begin, middle, finish = stretches.begin, stretches.along[:, MIDDLE], stretches.finish
     start, end = np.stack([begin, middle], axis=1), np.stack([middle, finish], axis=1)
     return Arcs(stretches.owner, start, end, np.zeros((len(begin), 2)))
 
 
-def _room(curves: Curves, stretches: _Stretches) -> F64:
+def _room(stretches: _Stretches) -> F64:
     """Return the largest distance of sampled points of stretches from their starts."""
-    room = np.abs(stretches.finish - stretches.begin)
-    for share in LOOKED_AT:
-        place, _ = _places(curves, stretches.owner, stretches.t0 + share * (stretches.t1 - stretches.t0))
-        room = np.maximum(room, np.abs(place - stretches.begin))
+    places = np.concatenate([stretches.along, stretches.finish[:, None]], axis=1)
+    room: F64 = np.abs(places - stretches.begin[:, None]).max(axis=1)
     return room
 
 
@@ -269,14 +266,10 @@ def _radius(pairs: Arcs) -> F64:
     return radius
 
 
-def _fit(curves: Curves, stretches: _Stretches, pairs: Arcs) -> tuple[F64, F64, F64, F64]:
+def _fit(stretches: _Stretches, pairs: Arcs) -> tuple[F64, F64, F64, F64]:
     """Return deviation, turn, length and area error of biarcs."""
-    t0, t1 = stretches.t0, stretches.t1
-    off = np.zeros(len(t0))
-    for share in LOOKED_AT:
-        place, _ = _places(curves, stretches.owner, t0 + share * (t1 - t0))
-        of_each = (_distance(place, pairs.start[:, k], pairs.end[:, k], pairs.bend_rad[:, k]) for k in (0, 1))
-        off = np.maximum(off, np.minimum(*of_each))
+    columns = ((pairs.start[:, k, None], pairs.end[:, k, None], pairs.bend_rad[:, k, None]) for k in (0, 1))
+    off = np.minimum(*(_distance(stretches.along, *each) for each in columns)).max(axis=1)
     off = np.minimum(off, NOWHERE)
     bend = np.abs(np.angle(stretches.into * stretches.out.conj())) + np.abs(pairs.bend_rad).max(axis=1)
     return off, bend, np.abs(stretches.finish - stretches.begin), np.abs(_areas(pairs) - stretches.areas)

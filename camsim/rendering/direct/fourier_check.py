@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64, U8
+from camsim.core.arrays import F64, I64, U8, kinds_of
 from camsim.core.cached import cached_property
 from camsim.optics.of_pupil import OfPupil
 from camsim.rendering.direct.places import hardest_photosites
@@ -19,18 +19,18 @@ from camsim.rendering.direct.records import Outlines
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Plan
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.job import Job
-from camsim.rendering.waves.image import FrequencyImage
+from camsim.rendering.waves.image import TILE, FrequencyImage
 from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 
 OF_TOLERANCE = 0.1  # tolerance of the check over that of the image
 COARSER, LONGEST = (0.3, 1.0), 5.0  # alternatives, if that exceeds the memory limit or this many seconds
 FARTHER, FINER = 1.37, 1.13  # reach of the first level and number of wavelengths, over those of the image
-NEARER = 0.75  # the reach where spikes set it: farther windows take longer than the image
+NEARER = 0.5  # the reach where spikes set it: farther windows take as long as the image
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
 MANY = 5_000  # edges above which the image's transforms are reused
-COUNT, FEWEST, OF_IMAGE = 8, 3, 0.07  # photosites; the fewest where separate windows exceed this share of the image's
-COMMON = 4.0  # a window common to all photosites pays while it is smaller than so many windows of one
+PLACES, COUNT, OF_IMAGE = 32, 8, 0.03  # difficult places; cells with the most of them, and their share of the image's
+OF_REACH, SMALLEST = 0.4, 8  # side of a cell over the reach of the first level, and the smallest, photosites
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,20 +85,33 @@ class FourierCheck:
         return Waves(farther=FARTHER, finer=FINER).plan(job, fields=fields)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
-        """Return rows and columns of the photosites to check."""
+        """Return rows and columns of the photosites to check: all between the difficult places of a few cells."""
         if self._nothing:
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
         edges, none = self.job.edges, np.zeros(len(self.job.edges))
         (x, y), (dx, dy) = edges.start.T, (edges.end - edges.start).T
         outlines = Outlines(x, y, dx, dy, none, none)
-        return hardest_photosites(outlines, np.empty((0, 2)), self.job.grid, plan.marks, count=self._count)
+        rows, cols = hardest_photosites(outlines, np.empty((0, 2)), self.job.grid, plan.marks, count=PLACES)
+        side = self._side
+        _, which = kinds_of(rows // side + 1j * (cols // side))
+        found = []
+        for cell in np.argsort(-np.bincount(which), kind="stable")[: self._count]:
+            y, x = rows[which == cell], cols[which == cell]
+            found.append(np.mgrid[y.min() : y.max() + 1, x.min() : x.max() + 1].reshape(2, -1))
+        rows, cols = np.concatenate(found, axis=1)
+        return rows, cols
+
+    @property
+    def _side(self) -> int:
+        """Return the side of a cell, photosites: little longer to compute than one of them."""
+        return int(min(max(OF_REACH * self._image.levels[0].reach, SMALLEST), TILE))
 
     @property
     def _count(self) -> int:
-        """Return how many photosites are checked: those of a small frame share a window."""
-        grid, each = self.job.grid, 2.0 * self._image.levels[0].reach
-        whole = (grid.rows + each) * (grid.cols + each)
-        return COUNT if whole < COMMON * each**2 else max(FEWEST, min(COUNT, int(OF_IMAGE * whole / each**2)))
+        """Return how many cells are checked."""
+        grid, reach = self.job.grid, 2.0 * self._image.levels[0].reach
+        whole = (grid.rows + reach) * (grid.cols + reach)
+        return max(1, min(COUNT, int(OF_IMAGE * whole / (self._side + reach) ** 2)))
 
     @property
     def _nothing(self) -> bool:
@@ -114,6 +127,6 @@ class FourierCheck:
         if self._nothing:
             return values
         grid = self.job.grid
-        found = self._image.at(grid.first_centre, (grid.rows, grid.cols), rows, cols)
+        found = self._image.at(grid.first_centre, rows, cols, self._side)
         values += np.take_along_axis(found, sets.reshape(-1, rows.size), axis=0).reshape(sets.shape)
         return values

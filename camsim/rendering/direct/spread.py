@@ -30,7 +30,7 @@ QUINTIC = 1.0 / 46080.0  # error of quintic interpolation between two rows, over
 STEEP = 0.02  # sixth derivative, over that of a wave of the highest frequency
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # per period of the highest frequency
 FIRST_ZONE, WIDER = 8.0, 3.0  # zones of equal density: size of the first in periods, ratio of the others
-ANGLES, FEW_HARMONICS = 8, 3.0  # directions beyond the highest order; radians of phase with hardly a harmonic
+FEW_HARMONICS = 3.0  # radians of phase with hardly a harmonic
 ROUNDING = 1e-13  # of signals that are linear combinations of others
 NOTHING = 1e-300  # keeps a quotient of zeros finite
 OF_POWER = 0.1  # error of leaving out a power of 1/r, in units of a table's
@@ -103,38 +103,40 @@ def _made(
         blur = float(system.blurs_um(wavelength_nm).max()) / pitch_um
         until = max(until, (FIRST_POWER * blur * extent**6 / (OF_MOMENTS * allowed)) ** (1.0 / 7.0))
     allowed /= max(1.0, phase / FEW_HARMONICS)  # the errors of the harmonics add up
-    f, weight = _frequencies(breaks, highest, until + extent, allowed)
-    few, mixture = _few(product(density, transfers(system, pitch_um, wavelength_nm, f)), allowed)
-    density = density[few]
-
-    def passed(f: F64) -> F64:
-        """Return the lens's transfer for each kind (kinds, n) at frequencies in cycles/pitch."""
-        return product(density, transfers(system, pitch_um, wavelength_nm, f))
-
-    curves = passed(f)
+    starts, per_pitch = _zones(highest, until, extent, allowed)
+    stops = [*starts[1:], until + 2.0 / per_pitch[-1]]
+    rules = [_frequencies(breaks, highest, end + extent, allowed) for end in stops]
+    # A transfer's series at 0 gives the tail.
+    series_until = min(OF_BREAK * breaks.min(initial=highest), OF_EXTENT / extent if extent else math.inf)
+    low = 0.5 * series_until * (1.0 + chebyshev(SERIES_NODES))
+    f = np.concatenate([low, *(nodes for nodes, _ in rules)])
+    begins = np.cumsum([low.size, *(nodes.size for nodes, _ in rules)])
+    last = slice(begins[-2], None)
+    curves = product(density, transfers(system, pitch_um, wavelength_nm, f))
+    few, mixture = _few(curves[:, last], allowed)
+    density, curves = density[few], curves[few]
     beyond = 8.0 * (math.cbrt(phase) + 1.0) * min(math.log10(allowed) / math.log10(ROUNDING), 1.0)
     angles = 2 * math.ceil(phase + beyond) if extent else 1
-    around = functools.partial(_around, system, pitch_um, spline, angles=angles)
-    orders, shapes, sines = _harmonics(around(f), np.abs(curves).max(axis=0), allowed)
+    around = _around(system, pitch_um, spline, f, angles=angles)
+    orders, sines = _harmonics(around[..., last], np.abs(curves[:, last]).max(axis=0), allowed)
+    shapes = np.concatenate([around[0, orders[: len(orders) - sines]], around[1, orders[len(orders) - sines :]]])
     # ∫ J_m(x) x dx over all x is m.
-    ends = (orders[:, None] / (2.0 * math.pi)) * np.einsum("hn,kn->hk", shapes * (weight / f), curves)
+    weighted = shapes[:, last] * (rules[-1][1] / f[last])
+    ends = (orders[:, None] / (2.0 * math.pi)) * np.einsum("hn,kn->hk", weighted, curves[:, last])
     ends[0] = density.sum(axis=1) / (2.0 * math.pi)
-    starts, per_pitch = _zones(highest, until, extent, allowed)
     first, parts = [0], []
-    for start, end, rate in zip(starts, [*starts[1:], until + 2.0 / per_pitch[-1]], per_pitch, strict=True):
+    for k, (start, end, rate) in enumerate(zip(starts, stops, per_pitch, strict=True)):
         r, step = start + np.arange(math.ceil((end - start) * rate) + 1) / rate, 1.0 / rate
         first.append(first[-1] + r.size)
-        f, weight = _frequencies(breaks, highest, end + extent, allowed)
-        k = 2.0 * math.pi * f
-        shapes = _some(around(f), orders, sines)
+        here = slice(begins[k], begins[k + 1])
         found = np.zeros((r.size, 4, len(orders), len(few)))
         work = functools.partial(
             fill_rows,
             r,
-            k,
-            k * weight,
-            shapes,
-            np.ascontiguousarray(passed(f).T),
+            2.0 * math.pi * f[here],
+            2.0 * math.pi * f[here] * rules[k][1],
+            shapes[:, here],
+            np.ascontiguousarray(curves[:, here].T),
             orders,
             bool((orders % 2).any()),
             found,
@@ -146,11 +148,7 @@ def _made(
     rows, half = np.concatenate(parts), len(orders) - sines
     powers = np.zeros((len(orders), len(few), POWERS))
     if not fades(system):
-        # From the transfer's series at 0.
-        series_until = min(OF_BREAK * breaks.min(), OF_EXTENT / extent if extent else math.inf)
-        f = 0.5 * series_until * (1.0 + chebyshev(SERIES_NODES))
-        low = _around(system, pitch_um, spline, f, angles=2 * (int(orders.max()) + ANGLES))
-        values = _some(low, orders, sines)[:, None] * passed(f)
+        values = shapes[:, None, : low.size] * curves[:, : low.size]
         powers = _far_powers(orders, power_series(values, series_until, POWERS + 1))
     total = np.abs(powers).max(axis=1) @ until ** -np.arange(1.0, POWERS + 1.0)
     stride = int(np.gcd.reduce(orders)) or 1
@@ -265,8 +263,8 @@ def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
     return np.array(chosen), mixture
 
 
-def _harmonics(found: F64, strength: F64, allowed: float) -> tuple[I64, F64, int]:
-    """Return orders (h,), the significant harmonics (h, n) of (2, orders, n), cosines first, and the number of sines.
+def _harmonics(found: F64, strength: F64, allowed: float) -> tuple[I64, int]:
+    """Return orders (h,) of the significant harmonics of (2, orders, n), cosines first, and the number of sines.
 
     strength : (n,) largest factor by which they are multiplied
     """
@@ -275,25 +273,23 @@ def _harmonics(found: F64, strength: F64, allowed: float) -> tuple[I64, F64, int
     stride = int(np.gcd.reduce(present)) or 1
     some = stride * np.arange(1, int(present.max(initial=0)) // stride + 1)
     has_sines = bool(significant[1].any())
-    orders = np.concatenate([[0], some, some if has_sines else some[:0]])
-    sines = some.size if has_sines else 0
-    return orders, _some(found, orders, sines), sines
-
-
-def _some(found: F64, orders: I64, sines: int) -> F64:
-    """Return the harmonics (h, n) of (2, orders, n) with these orders, cosines first, then sines."""
-    half = len(orders) - sines
-    return np.concatenate([found[0, orders[:half]], found[1, orders[half:]]])
+    return np.concatenate([[0], some, some if has_sines else some[:0]]), some.size if has_sines else 0
 
 
 def _around(system: OpticalSystem, pitch_um: float, spline: Spline | None, f: F64, *, angles: int) -> F64:
     """Return cosine and sine harmonics (2, orders, n) of the transfer of all stages but the lens, times 2(−i)^m."""
-    turn = 2.0 * math.pi * np.arange(angles)[:, None] / angles
+    # Half a turn on, a transfer is the conjugate.
+    turn = 2.0 * math.pi * np.arange(-(-angles // 2))[:, None] / angles
     fx, fy = f * np.cos(turn), f * np.sin(turn)
     footprint = np.asarray(system.footprint_otf(fx / pitch_um, fy / pitch_um), complex)
     if spline is not None:
         footprint = footprint * spline.transfer(fx, fy)
-    terms = np.fft.fft(np.broadcast_to(footprint, fx.shape), axis=0)[: (angles + 1) // 2] / angles
+    half = np.broadcast_to(footprint, fx.shape)
+    if half.imag.any():
+        terms = np.fft.fft(np.concatenate([half, half.conj()]), axis=0)[: (angles + 1) // 2] / angles
+    else:
+        terms = np.zeros(((angles + 1) // 2, f.size), complex)
+        terms[::2] = np.fft.rfft(half.real, axis=0)[: len(terms[::2])] / len(half)
     order = np.arange(len(terms))
     terms = terms * (np.array([1.0, -1.0j, -1.0, 1.0j])[order % 4] * np.where(order == 0, 1.0, 2.0))[:, None]
     return np.stack([terms.real, -terms.imag])

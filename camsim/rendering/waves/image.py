@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 import scipy
 
-from camsim.core.arrays import C128, F64, I64, Complex, Floats
+from camsim.core.arrays import C128, F64, I64, Complex, Floats, kinds_of
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import complex_product
@@ -79,22 +79,18 @@ class FrequencyImage:
                 image += self._between(far, every, part)
             yield *part, image
 
-    def at(self, origin: tuple[float, float], shape: tuple[int, int], rows: I64, cols: I64) -> F64:
-        """Return the light (channels, n) to add to the background at n photosites of a frame."""
-        channels = self.sources[0][1].shape[1]
-        far, every = self._far(origin, shape, channels)
-        out = np.empty((channels, rows.size))
-        near, reach = self.levels[0], self.levels[0].reach
-        apart = [(row, col, row + 1, col + 1) for row, col in zip(rows.tolist(), cols.tolist(), strict=True)]
-        whole = int(rows.min()), int(cols.min()), int(rows.max()) + 1, int(cols.max()) + 1
-        sides = whole[2] - whole[0] + 2.0 * reach, whole[3] - whole[1] + 2.0 * reach
-        # One window for all photosites where it is smaller than one for each.
-        for row, col, below, right in [whole] if sides[0] * sides[1] < 4.0 * reach**2 * rows.size else apart:
-            at, size = (origin[0] + col, origin[1] + row), (right - col, below - row)
-            here = np.flatnonzero((rows >= row) & (rows < below) & (cols >= col) & (cols < right))
-            image = self._part(near, at, size, channels)
-            if far is not None:
-                image += self._between(far, every, (slice(row, below), slice(col, right)))
+    def at(self, origin: tuple[float, float], rows: I64, cols: I64, side: int) -> F64:
+        """Return the light (channels, n) to add to the background at n photosites of a frame.
+
+        Each cell of ``side`` photosites, at most those of a tile, is a frame of its own.
+        """
+        out = np.empty((self.sources[0][1].shape[1], rows.size))
+        cells, which = kinds_of(rows // side + 1j * (cols // side))
+        for cell in range(cells.size):
+            here = np.flatnonzero(which == cell)
+            row, col = int(rows[here].min()), int(cols[here].min())
+            shape = int(rows[here].max()) + 1 - row, int(cols[here].max()) + 1 - col
+            ((_, _, image),) = self.planes((origin[0] + col, origin[1] + row), shape)
             out[:, here] = image[:, rows[here] - row, cols[here] - col]
         return out
 

@@ -28,6 +28,8 @@ POINTS, FEWEST_POINTS, MOST_POINTS = (
     512,
     1 << 17,
 )  # of a table of shares: per inverse root of the precision, since it is interpolated linearly; least; most
+# A PSF of πc/(2πr³), for a half-plane's light of c/r, times half the square of a diameter and Σ 1/r³ over a lattice.
+OF_PERIODS = 9.03 * 0.25
 OVERSAMPLED = 2.0  # smallest sampling of a level over its Nyquist rate, for which the taps are made
 
 
@@ -125,7 +127,14 @@ class Lattice:
 
 
 def levels_of(
-    cut: float, first: float, light: float, leak: float, farthest: float, tail: float, extent: float = 0.0
+    cut: float,
+    first: float,
+    light: float,
+    leak: float,
+    farthest: float,
+    tail: float,
+    extent: float = 0.0,
+    width: float = math.inf,
 ) -> list[Level]:
     """Return the levels of a lens.
 
@@ -135,12 +144,18 @@ def levels_of(
     light    : light that may be neglected;  leak: error allowed to the windows' kernels
     farthest : distance of the farthest source, pitches
     extent   : extent of the footprint of photosite and low-pass filter, which widens a window's kernel
+    width    : diameter of the scenery, if its light falls as the PSF, with the third power of the distance
     """
+
+    def lost(reach: float) -> float:
+        """Return the light of all periods of the scenery but the first, no nearer than ``reach``."""
+        return tail / reach * min(1.0, OF_PERIODS * (width / reach) ** 2)
+
     if tail == 0.0:
         return [Level(cut, first, None, None)]
     levels: list[Level] = []
     takes, reach = None, first
-    while tail / reach > light and (reach < 4.0 * farthest or tail / reach > 0.3 * light):
+    while lost(reach) > light and (reach < 4.0 * farthest or lost(reach) > 0.3 * light):
         window = Window.reaching(reach - extent, leak)
         if window.end >= cut:
             reach *= 2.0

@@ -232,7 +232,8 @@ class WavesPlan:
             spikes,
         )
         first = self.settings.farther * (near + spot + extent) + self._support
-        return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail, extent)
+        compact = math.inf if self._has_sides else width
+        return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail, extent, compact)
 
     @property
     def _layers(self) -> Sequence[Layer | PointLayer]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.cached import cached_property
+from camsim.numerics.matrix_products import product
 from camsim.optics import OpticalSystem
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil
@@ -84,28 +85,41 @@ class Lens:
         radii, directions = table.values.shape[1:]
         each = min(max(OF_RADII * (1e-5 / self.allowed) ** 0.25, 3.0), 24.0)
         points = max(POLAR_POINTS, min(math.ceil(each * radii), MOST_POLAR)) if level.takes is None else POLAR_POINTS
-        frequency = np.linspace(0.0, level.cut, points + 1)
-        per_um, per = frequency / self.pitch_um, points / level.cut
-        there, few = np.full(points + 1, weights.shape[1]), per_um[:: max(1, points // FEW_RADII)]
-        if directions == 1:
-            polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, 1))
-            return (_plain(polar), there), per, (0.0, 0.0, 1, NO_BORDER)
+        there, panels = np.full(points + 1, weights.shape[1]), (0.0, 0.0, 1, NO_BORDER)
+        stretched, turn, steps = level.cut, -0.5 * math.pi, self._steps
         if table.panels:
             border = np.concatenate([table.border, -table.border[:1]])
-            stretched = level.cut * float(np.hypot(*table.border.T).max())
-            per_um, per = per_um * (stretched / level.cut), points / stretched
-            # A step beyond a panel must lie close to its Chebyshev nodes: polynomials grow fast outside of them.
-            close = min(max(12, (directions // table.panels // 6) ** 2), MOST_STEPS)
-            steps = _followed(lambda count: table.in_panels(few, count), close, self.allowed)
+            stretched *= float(np.hypot(*table.border.T).max())
+            panels = table.first_rad, table.panels / math.pi, steps, border
+        per_um = np.linspace(0.0, stretched / self.pitch_um, points + 1)
+        if table.panels:
             along = table.in_panels(per_um, steps)
             along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn on it is the conjugate
-            polar = np.einsum("kcj,jnt->ntkc", weights, along.reshape(*along.shape[:2], -1))
-            return (_plain(polar), there), per, (table.first_rad, table.panels / math.pi, steps, border)
-        turn = -0.5 * math.pi
-        steps = _followed(lambda count: table.along(few, count, turn), max(32, directions), self.allowed)
-        polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, steps, turn))
-        polar = np.concatenate([polar[:, -1:].conj(), polar, polar[:, :2].conj()], axis=1)
-        return (_plain(polar), there), per, (turn, 1.0 / math.pi, steps, NO_BORDER)
+            along = along.reshape(*along.shape[:2], -1)
+        elif directions > 1:
+            panels = turn, 1.0 / math.pi, steps, NO_BORDER
+            along = table.along(per_um, steps, turn)
+            along = np.concatenate([along[..., -1:].conj(), along, along[..., :2].conj()], axis=2)
+        else:
+            along = table.along(per_um, 1)
+        parts = np.ascontiguousarray(along).view(np.float64).reshape(len(along), -1)
+        mixed = product(weights.reshape(-1, len(along)), parts).view(along.dtype)
+        polar = np.moveaxis(mixed.reshape(*weights.shape[:2], *along.shape[1:]), (0, 1), (2, 3))
+        return (_plain(polar), there), points / stretched, panels
+
+    @cached_property
+    def _steps(self) -> int:
+        """Steps of direction, in half a turn or in a panel, that cubic interpolation needs at any radius."""
+        table = self._table
+        directions = table.values.shape[2]
+        few = np.linspace(0.0, table.outer / float(table.blur_um.min()), FEW_RADII + 1)
+        if table.panels:
+            # A step beyond a panel must lie close to its Chebyshev nodes: polynomials grow fast outside of them.
+            close = min(max(12, (directions // table.panels // 6) ** 2), MOST_STEPS)
+            return _followed(lambda count: table.in_panels(few, count), close, self.allowed)
+        if directions == 1:
+            return 1
+        return _followed(lambda count: table.along(few, count, -0.5 * math.pi), max(32, directions), self.allowed)
 
     def size(self, frequency: F64, light: F64) -> F64:
         """Return the largest transfer over all directions at frequencies (n,), cycles/pitch; light: (j,) weights."""
