@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from camsim.core.arrays import F64
+from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import chebyshev, interpolation
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.rendering.direct.scenery import Pieces
@@ -17,6 +18,7 @@ from camsim.spectra.curve import Spectrum, spectrum_at
 
 FEWEST, MORE = 12, 8  # nodes: at least, and in addition to half a node per radian
 NEAREST, FARTHEST, STEP, EACH = 4.0, 1200.0, 1.2, 8  # distances in λN of the search, their ratio, and places in each
+AT_ONCE = 3  # distances at which coherence is summed
 OF_LINE = 0.2  # ringing of a line over that of a whole circle, times the root of the distance in λN
 OF_SAMPLES = 0.4  # likewise of samples λN apart, which add up with random phases
 CROWD = 4000  # largest number of edges that count; they add up with random phases
@@ -86,8 +88,13 @@ def counted_until(
     if only_fades:
         share = np.maximum(share, 1.0)
     elif system.chromatic and wavelength_nm.size > 1:
+        # From the farthest on, up to those that count.
         counted = np.flatnonzero(strength * share > allowed)
-        strength[counted] *= _in_step(system, pitch_um, wavelength_nm, contrast, places[counted] * longest)
+        for end in range(len(counted), 0, -AT_ONCE):
+            some = counted[max(0, end - AT_ONCE) : end]
+            strength[some] *= _in_step(system, pitch_um, wavelength_nm, contrast, places[some] * longest)
+            if (strength[some] * share[some] > allowed).any():
+                break
     of_lines = _last(distance, strength * share, allowed)
     bent = np.flatnonzero(pieces.outlines.turn_rad != 0.0)
     radius = pieces.outlines.dx[bent] / longest
@@ -100,12 +107,14 @@ def counted_until(
 def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contrast: F64, places: F64) -> F64:
     """Return the largest coherence (n,) of a spectrum's ringing over places (n, m), pitches: 1 if all is in phase."""
     signals = contrast.reshape(-1, wavelength_nm.size)
-    signals = signals[:: max(1, len(signals) // MOST_SIGNALS)].astype(complex)
+    signals = signals[:: max(1, len(signals) // MOST_SIGNALS)]
     assert isinstance(system.lens, RoundLens)
+    per_pitch = (2.0 * math.pi * pitch_um) / system.blurs_um(wavelength_nm)
     most = np.zeros(places.size)
     for u in system.lens.pattern().breaks:
-        waves = np.exp((2j * math.pi * u) * places.ravel()[:, None] / (system.blurs_um(wavelength_nm) / pitch_um))
-        most = np.maximum(most, np.abs(np.einsum("sn,rn->sr", signals, waves)).max(axis=0, initial=0.0))
+        phases = np.outer(u * per_pitch, places)
+        sums = product(signals, np.cos(phases)) ** 2 + product(signals, np.sin(phases)) ** 2
+        most = np.maximum(most, np.sqrt(sums.max(axis=0, initial=0.0)))
     found: F64 = np.minimum(most, 1.0).reshape(places.shape).max(axis=1, initial=0.0)
     return found
 

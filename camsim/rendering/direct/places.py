@@ -14,7 +14,7 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.waves.image import tiles
 
 MOST = 256  # photosites, however long the rendering takes
-SHARE_OF_TIME, SECONDS = 0.1, 2e-3  # time of the check: over that of the rendering, and at least
+SHARE_OF_TIME, SECONDS = 0.05, 2e-3  # time of the check: over that of the rendering, and at least
 PLACE_SECONDS = 6e-5  # to select a photosite
 
 

@@ -18,18 +18,21 @@ import numpy as np
 from camsim.core.arrays import F64, I64, distinct
 from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import product
-from camsim.numerics.quadrature import chebyshev, gauss_legendre, gauss_pieces, power_series
+from camsim.numerics.quadrature import chebyshev, gauss_pieces, gauss_rules, power_series
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.rendering.direct.records import POWERS, Table
 from camsim.rendering.direct.spread_kernels import fill_rows
 
 SERIES_NODES, OF_BREAK, OF_EXTENT = 14, 0.2, 0.4  # of a transfer's series at 0, and the range of its fit
 MOST_NODES = 48  # of one panel of frequencies
-FEW_BREAKS, NEAREST = 64, 1.0 / 64.0  # with more breaks than this, those closer than this share of the band are merged
+# Many breaks, each of few wavelengths, are merged where closer than a share of the band: at most, and by the allowed
+# error to the power 0.6. Panels then get so many nodes besides those for their phase, not three.
+FEW_BREAKS, NEAREST, MERGED, MORE_NODES = 8, 1.0 / 12.0, 1200.0, 6
 QUINTIC = 1.0 / 46080.0  # error of quintic interpolation between two rows, over the sixth derivative times step⁶
-STEEP = 0.02  # sixth derivative, over that of a wave of the highest frequency
+STEEP = 4.5  # sixth derivative, over that of a wave of the highest frequency and the fifth moment of the transfer
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # per period of the highest frequency
-FIRST_ZONE, WIDER = 8.0, 3.0  # zones of equal density: size of the first in periods, ratio of the others
+FIRST_ZONE, WIDER, ENOUGH = 8.0, 3.0, 1.3  # zones of equal density: first, in periods; ratio of the others, at least
+LEAST_ROWS = 32  # of a thread: they are computed together
 FEW_HARMONICS = 3.0  # radians of phase with hardly a harmonic
 ROUNDING = 1e-13  # of signals that are linear combinations of others
 NOTHING = 1e-300  # keeps a quotient of zeros finite
@@ -103,8 +106,11 @@ def _made(
         blur = float(system.blurs_um(wavelength_nm).max()) / pitch_um
         until = max(until, (FIRST_POWER * blur * extent**6 / (OF_MOMENTS * allowed)) ** (1.0 / 7.0))
     allowed /= max(1.0, phase / FEW_HARMONICS)  # the errors of the harmonics add up
-    starts, per_pitch = _zones(highest, until, extent, allowed)
-    stops = [*starts[1:], until + 2.0 / per_pitch[-1]]
+    starts, begin = [0.0], extent + FIRST_ZONE / highest
+    while ENOUGH * begin < until:
+        starts.append(begin)
+        begin *= WIDER
+    stops = [*starts[1:], until + 2.0 / (FEWEST_ROWS * highest)]
     rules = [_frequencies(breaks, highest, end + extent, allowed) for end in stops]
     # A transfer's series at 0 gives the tail.
     series_until = min(OF_BREAK * breaks.min(initial=highest), OF_EXTENT / extent if extent else math.inf)
@@ -124,12 +130,15 @@ def _made(
     weighted = shapes[:, last] * (rules[-1][1] / f[last])
     ends = (orders[:, None] / (2.0 * math.pi)) * np.einsum("hn,kn->hk", weighted, curves[:, last])
     ends[0] = density.sum(axis=1) / (2.0 * math.pi)
+    strength = rules[-1][1] * (f[last] / highest) ** 5 * np.abs(around[..., last]).max(axis=(0, 1))
+    steep = STEEP * float((np.abs(curves[:, last]) * strength).sum(axis=1).max()) / highest
+    per_pitch = [_rows(steep, (start - extent) * highest, allowed) * highest for start in starts]
     first, parts = [0], []
     for k, (start, end, rate) in enumerate(zip(starts, stops, per_pitch, strict=True)):
         r, step = start + np.arange(math.ceil((end - start) * rate) + 1) / rate, 1.0 / rate
         first.append(first[-1] + r.size)
         here = slice(begins[k], begins[k + 1])
-        found = np.zeros((r.size, 4, len(orders), len(few)))
+        found = np.zeros((4, len(orders), len(few), r.size))
         work = functools.partial(
             fill_rows,
             r,
@@ -141,8 +150,8 @@ def _made(
             bool((orders % 2).any()),
             found,
         )
-        shared(r.size, work, least=8)
-        g, p, slope, bend = (found[:, q].reshape(r.size, -1) for q in range(4))
+        shared(r.size, work, least=LEAST_ROWS)
+        g, p, slope, bend = np.moveaxis(found, 3, 1).reshape(4, r.size, -1)
         r = r[:, None]
         parts.append(np.stack([g, r * p * step, (p + r * slope) * step**2, p, slope * step, bend * step**2], axis=1))
     rows, half = np.concatenate(parts), len(orders) - sines
@@ -172,16 +181,12 @@ def _made(
     return table, mixture
 
 
-def _zones(highest: float, until: float, extent: float, allowed: float) -> tuple[list[float], list[float]]:
-    """Return where each zone of rows begins, and its rows per pitch: fewer where ringing is weak."""
-    starts, per_pitch = [0.0], []
-    while starts[-1] < until:
-        waves = (starts[-1] - extent) * highest
-        steep = STEEP if len(starts) == 1 else min(STEEP, 2.0 / (math.pi**3 * waves**2))
-        rows_a_wave = 2.0 * math.pi * (QUINTIC * steep / allowed) ** (1.0 / 6.0)
-        per_pitch.append(highest * min(max(rows_a_wave, FEWEST_ROWS), MOST_ROWS))
-        starts.append(WIDER * starts[-1] if len(starts) > 1 else extent + FIRST_ZONE / highest)
-    return starts[:-1], per_pitch
+def _rows(steep: float, waves: float, allowed: float) -> float:
+    """Return the rows per period in a zone that begins so many periods from the centre: fewer where ringing is weak."""
+    if waves > 0.0:
+        steep = min(steep, 2.0 / (math.pi**3 * waves**2))
+    rows_a_wave = 2.0 * math.pi * (QUINTIC * steep / allowed) ** (1.0 / 6.0)
+    return min(max(rows_a_wave, FEWEST_ROWS), MOST_ROWS)
 
 
 def _reach(powers: F64, allowed: float) -> F64:
@@ -222,7 +227,8 @@ def fades(system: OpticalSystem) -> bool:
 
 def _frequencies(breaks: F64, highest: float, until: float, allowed: float) -> tuple[F64, F64]:
     """Return quadrature nodes and weights over 0 … highest, in panels between the breaks of the transfers."""
-    ends, nearest = [0.0], highest * (NEAREST if len(breaks) > FEW_BREAKS else ROUNDING)
+    merged = len(breaks) > FEW_BREAKS
+    ends, nearest = [0.0], highest * (min(NEAREST, MERGED * allowed**0.6) if merged else ROUNDING)
     for place in [*breaks.tolist(), highest]:
         if place - ends[-1] > nearest:
             ends.append(min(place, highest))
@@ -230,14 +236,14 @@ def _frequencies(breaks: F64, highest: float, until: float, allowed: float) -> t
     low, high = np.array(ends[:-1]), np.array(ends[1:])
     # The behaviour (1 − f)^{3/2} at the cut-off, not the oscillation, determines the last digits of a rule.
     pieces, orders = gauss_pieces(math.pi * until * (high - low), 0.1 * allowed, MOST_NODES)
-    nodes, weights = [], []
-    for a, b, count, order in zip(low, high, pieces.tolist(), orders.tolist(), strict=True):
-        x, w = gauss_legendre(order + 3)
-        half = 0.5 * (b - a) / count
-        middle = a + half * (2.0 * np.arange(count) + 1.0)
-        nodes.append((middle[:, None] + half * x).ravel())
-        weights.append(np.tile(half * w, count))
-    return np.concatenate(nodes), np.concatenate(weights)
+    orders += MORE_NODES if merged else 3
+    half, of_panel = np.repeat(0.5 * (high - low) / pieces, pieces), np.repeat(orders, pieces)
+    piece = np.arange(half.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    middle = np.repeat(low, pieces) + half * (2.0 * piece + 1.0)
+    x, w, _ = gauss_rules(tuple(range(1, MOST_NODES + MORE_NODES + 1)))
+    nodes, weights = middle[:, None] + half[:, None] * x[of_panel - 1], half[:, None] * w[of_panel - 1]
+    filled = np.arange(x.shape[1]) < of_panel[:, None]
+    return nodes[filled], weights[filled]
 
 
 def _few(curves: F64, allowed: float) -> tuple[I64, F64]:

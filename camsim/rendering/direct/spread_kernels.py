@@ -11,6 +11,8 @@ from camsim.core.kernels import kernel
 
 FAR, TERMS = 25.0, 9  # argument from which on Hankel's series with this many terms has full precision
 FARTHER, FEWER = 60.0, 4  # and with fewer terms
+SMALLEST, LEAST = 1e-8, 1e-150  # argument taken for 0, and the first of a recurrence
+ROWS = 64  # computed together: their Bessel functions stay in the fastest cache
 
 
 def _hankel(order: int) -> tuple[list[float], list[float]]:
@@ -25,68 +27,92 @@ def _hankel(order: int) -> tuple[list[float], list[float]]:
 SERIES = np.array([*_hankel(0), *_hankel(1)])
 
 
-@kernel(forceinline=True)
-def _upwards(x: float, one: float, wave: tuple[float, float], most: int, series: F64, j: F64, integral: F64) -> None:
-    """Set J_0 … J_most and, for even orders, ∫ J_m(t) t dt from 0 to a large x, by recurrence from J_0 and J_1.
+@kernel()
+def _upwards(
+    k: float, radius: F64, begin: np.uint64, end: np.uint64, series: F64, j: F64, integral: F64, some: F64
+) -> None:
+    """Set columns of J_0, J_1 … and, for even orders, ∫ J_m(t) t dt from 0 to x = k·radius, which are even and large.
 
-    one, wave : 1/x, and cosine and sine of x over √(πx)
+    j, integral : (orders, radii);  some: (8, radii) for intermediate results
+    The first two orders are Hankel's series, the others come by recurrence. Unsigned indices are not tested for being
+    negative; with the test, loops would not be vectorised.
     """
-    square = one * one
-    p0, q0, p1, q1 = 0.0, 0.0, 0.0, 0.0
-    for k in range((TERMS if x < FARTHER else FEWER) - 1, -1, -1):
-        p0, q0 = p0 * square + series[0, k], q0 * square + series[1, k]
-        p1, q1 = p1 * square + series[2, k], q1 * square + series[3, k]
-    q0, q1 = q0 * one, q1 * one
-    cos, sin = wave
-    j[0] = p0 * (sin + cos) - q0 * (sin - cos)
-    j[1] = p1 * (sin - cos) + q1 * (sin + cos)
-    for m in range(1, most):
-        j[m + 1] = 2.0 * m * one * j[m] - j[m - 1]
+    most = len(j) - 2
+    x, step = k * radius[begin], k * (radius[1] - radius[0])
+    terms = TERMS if x < FARTHER else FEWER
+    c, s, step_c, step_s = math.cos(x), math.sin(x), math.cos(step), math.sin(step)
+    for i in range(begin, end):
+        some[0, i], some[1, i] = c, s
+        c, s = c * step_c - s * step_s, c * step_s + s * step_c
+    for i in range(begin, end):
+        one = 1.0 / (k * radius[i])
+        some[2, i], some[3, i] = one, one * one
+        some[4, i], some[5, i], some[6, i], some[7, i] = 0.0, 0.0, 0.0, 0.0
+    for t in range(terms - 1, -1, -1):
+        for q in range(4):
+            a = series[q, t]
+            for i in range(begin, end):
+                some[4 + q, i] = some[4 + q, i] * some[3, i] + a
+    for i in range(begin, end):
+        one = some[2, i]
+        size = math.sqrt(one / math.pi)
+        more, less = size * (some[1, i] + some[0, i]), size * (some[1, i] - some[0, i])
+        j[0, i] = some[4, i] * more - some[5, i] * one * less
+        j[1, i] = some[6, i] * less + some[7, i] * one * more
+        integral[0, i] = j[1, i] / one
+        some[4, i], some[5, i] = 1.0 - j[0, i], 2.0 / one
+    for m in range(1, most + 1):
+        two = 2.0 * m
+        for i in range(begin, end):
+            j[m + 1, i] = two * some[2, i] * j[m, i] - j[m - 1, i]
     # With Q_m = ∫ J_m: Q_{m+1} = Q_{m−1} − 2J_m and I_{m+1} = I_{m−1} − 2x·J_m + 2Q_m.
-    total = 1.0 - j[0]
-    integral[0] = x * j[1]
     for m in range(1, most, 2):
-        integral[m + 1] = integral[m - 1] - 2.0 * x * j[m] + 2.0 * total
-        total -= 2.0 * j[m + 1]
+        for i in range(begin, end):
+            integral[m + 1, i] = integral[m - 1, i] - some[5, i] * j[m, i] + 2.0 * some[4, i]
+            some[4, i] -= 2.0 * j[m + 1, i]
 
 
 @kernel()
-def _downwards(x: float, most: int, j: F64, integral: F64) -> None:
-    """Set the same for all orders, by Miller's recurrence downwards from an order at which J vanishes."""
-    if x < 1e-8:
-        j[: most + 1] = 0.0
-        integral[: most + 1] = 0.0
-        j[0] = 1.0
-        return
-    order = int(1.2 * max(float(most), x)) + 36
-    above, now = 0.0, 1e-200
-    total, odd, even = 0.0, 0.0, 0.0  # Σ J_n of the same parity from here on up
-    for n in range(order, -1, -1):
-        if n % 2:
-            odd += now
-        else:
-            even += now
+def _downwards(k: float, radius: F64, end: np.uint64, j: F64, integral: F64, some: F64) -> None:
+    """Set columns of the same for all orders and any x, by Miller's recurrence from an order at which J vanishes."""
+    most, first = len(j) - 2, np.uint64(0)
+    for i in range(first, end):
+        x = max(k * radius[i], SMALLEST)
+        some[0, i], some[1, i], some[2, i], some[3, i], some[4, i], some[5, i] = x, 2.0 / x, 0.0, LEAST, 0.0, 0.0
+    for n in range(int(1.2 * max(float(most), k * radius[end - np.uint64(1)])) + 36, -1, -1):
+        sums, twice, wide = 4 + n % 2, 2.0 * n, False  # Σ J_n of the same parity from here on up
+        for i in range(first, end):
+            some[sums, i] += some[3, i]
         if n <= most:
-            j[n] = now
-            # I_m = x·J_{m+1} + 2m·Σ J_{m+2}, J_{m+4} …
-            integral[n] = x * above + 2.0 * n * ((odd if n % 2 else even) - now)
-        above, now = now, 2.0 * n / x * now - above
-        if abs(now) > 1e150:
-            above, now, odd, even = above * 1e-150, now * 1e-150, odd * 1e-150, even * 1e-150
-            for m in range(n, most + 1):
-                j[m] *= 1e-150
-                integral[m] *= 1e-150
-    total = 1.0 / (2.0 * even - j[0])
+            for i in range(first, end):
+                j[n, i] = some[3, i]
+                # I_m = x·J_{m+1} + 2m·Σ J_{m+2}, J_{m+4} …
+                integral[n, i] = some[0, i] * some[2, i] + twice * (some[sums, i] - some[3, i])
+        for i in range(first, end):
+            now = some[3, i]
+            some[2, i], some[3, i] = now, n * some[1, i] * now - some[2, i]
+            wide |= abs(some[3, i]) > 1.0 / LEAST
+        if wide:
+            for i in range(first, end):
+                less = LEAST if abs(some[3, i]) > 1.0 / LEAST else 1.0
+                for q in range(2, 6):
+                    some[q, i] *= less
+                for m in range(n, most + 1):
+                    j[m, i] *= less
+                    integral[m, i] *= less
+    for i in range(first, end):
+        some[1, i] = 1.0 / (2.0 * some[4, i] - j[0, i])
     for m in range(most + 1):
-        j[m] *= total
-        integral[m] *= total
+        for i in range(first, end):
+            j[m, i] *= some[1, i]
+            integral[m, i] *= some[1, i]
 
 
 @kernel(allocates=True)
 def fill_rows(
     radius: F64, k: F64, weight: F64, shapes: F64, curves: F64, orders: I64, odd: bool, out: F64, begin: int, end: int
 ) -> None:
-    """Add G, the point spread and its two derivatives to rows (rows, 4, harmonics, kinds) of a table, at even radii.
+    """Set G, the point spread and its two derivatives (4, harmonics, kinds, rows) of a table at even radii.
 
     k, weight : (n,) 2π times frequencies, and that times the quadrature weights
     shapes, curves : (harmonics, n) and (n, kinds) transfers of footprint and lens;  odd: whether there are odd orders
@@ -94,39 +120,46 @@ def fill_rows(
     most = 2
     for m in orders:
         most = max(most, m + 2)
-    j, integral = np.zeros(most + 2), np.zeros(most + 2)
-    far = max(FAR, most + 0.0)
+    kinds, far = curves.shape[1], max(FAR, most + 0.0)
+    j, integral, some = np.zeros((most + 2, ROWS)), np.zeros((most + 2, ROWS)), np.zeros((8, ROWS))
+    found, rows = np.empty((4, len(orders), kinds, ROWS)), np.zeros(ROWS)
     step = radius[1] - radius[0]
-    one, size = np.empty(len(radius)), np.empty(len(radius))
-    for row in range(begin, end):
-        one[row] = 1.0 / max(radius[row], 1e-300)
-        size[row] = math.sqrt(one[row] / math.pi)
-    for n in range(len(k)):
-        x = k[n] * radius[begin] if begin < end else 0.0
-        cos, sin, step_cos, step_sin = math.cos(x), math.sin(x), math.cos(k[n] * step), math.sin(k[n] * step)
-        one_k, size_k = 1.0 / k[n], 1.0 / math.sqrt(k[n])
-        for row in range(begin, end):
-            x = k[n] * radius[row]
-            if x > far and not odd:
-                now = size_k * size[row]
-                _upwards(x, one_k * one[row], (now * cos, now * sin), most, SERIES, j, integral)
-            else:
-                _downwards(x, most, j, integral)
-            cos, sin = cos * step_cos - sin * step_sin, cos * step_sin + sin * step_cos
+    for first in range(begin, end, ROWS):
+        count = min(ROWS, end - first)
+        for i in range(ROWS):
+            rows[i] = radius[first] + i * step
+        found[:] = 0.0
+        for n in range(len(k)):
+            near = count
+            while near > 0 and not odd and k[n] * rows[near - 1] >= far:
+                near -= 1
+            if near > 0:
+                _downwards(k[n], rows, np.uint64(near), j, integral, some)
+            if near < count:
+                _upwards(k[n], rows, np.uint64(near), np.uint64(count), SERIES, j, integral, some)
             for h in range(len(orders)):
                 m = orders[h]
-                if m == 0:
-                    slope, bend = -j[1], 0.5 * (j[2] - j[0])
-                elif m == 1:
-                    slope, bend = 0.5 * (j[0] - j[2]), 0.25 * (j[3] - 3.0 * j[1])
-                else:
-                    slope, bend = 0.5 * (j[m - 1] - j[m + 1]), 0.25 * (j[m - 2] - 2.0 * j[m] + j[m + 2])
                 share = weight[n] * shapes[h, n]
-                g, p = share * integral[m] * one_k * one_k, share * j[m]
-                slope, bend = share * k[n] * slope, share * k[n] * k[n] * bend
-                for q in range(curves.shape[1]):
-                    curve = curves[n, q]
-                    out[row, 0, h, q] += g * curve
-                    out[row, 1, h, q] += p * curve
-                    out[row, 2, h, q] += slope * curve
-                    out[row, 3, h, q] += bend * curve
+                for q in range(kinds):
+                    p = share * curves[n, q]
+                    g, slope, bend = p / (k[n] * k[n]), p * k[n], p * k[n] * k[n]
+                    for i in range(count):
+                        found[0, h, q, i] += g * integral[m, i]
+                    for i in range(count):
+                        found[1, h, q, i] += p * j[m, i]
+                    if m == 0:
+                        for i in range(count):
+                            found[2, h, q, i] -= slope * j[1, i]
+                        for i in range(count):
+                            found[3, h, q, i] += 0.5 * bend * (j[2, i] - j[0, i])
+                    elif m == 1:
+                        for i in range(count):
+                            found[2, h, q, i] += 0.5 * slope * (j[0, i] - j[2, i])
+                        for i in range(count):
+                            found[3, h, q, i] += 0.25 * bend * (j[3, i] - 3.0 * j[1, i])
+                    else:
+                        for i in range(count):
+                            found[2, h, q, i] += 0.5 * slope * (j[m - 1, i] - j[m + 1, i])
+                        for i in range(count):
+                            found[3, h, q, i] += 0.25 * bend * (j[m - 2, i] - 2.0 * j[m, i] + j[m + 2, i])
+        out[..., first : first + count] = found[..., :count]
