@@ -20,6 +20,7 @@ FEWEST, MORE = 12, 8  # nodes: at least, and in addition to half a node per radi
 NEAREST, FARTHEST, STEP, EACH = 4.0, 1200.0, 1.2, 8  # distances in λN of the search, their ratio, and places in each
 AT_ONCE = 3  # distances at which coherence is summed
 OF_LINE = 0.2  # ringing of a line over that of a whole circle, times the root of the distance in λN
+OF_CIRCLES = 0.5  # of the allowed error for each circle: their rings meet at the centre
 OF_SAMPLES = 0.4  # likewise of samples λN apart, which add up with random phases
 CROWD = 4000  # largest number of edges that count; they add up with random phases
 MOST_SIGNALS = 24  # spectra whose coherence is summed; others are like them
@@ -99,7 +100,7 @@ def counted_until(
     bent = np.flatnonzero(pieces.outlines.turn_rad != 0.0)
     radius = pieces.outlines.dx[bent] / longest
     turn = np.abs(pieces.outlines.turn_rad[bent]) / (2.0 * math.pi)
-    strength_there = np.interp(radius, distance, strength) * turn > allowed
+    strength_there = np.interp(radius, distance, strength) * turn > OF_CIRCLES * allowed
     of_circles = float(radius[strength_there & (radius < FARTHEST)].max(initial=0.0))
     return max(of_lines, of_circles + 2.0) * longest + extent
 

@@ -185,7 +185,7 @@ def _rows(steep: float, waves: float, allowed: float) -> float:
     """Return the rows per period in a zone that begins so many periods from the centre: fewer where ringing is weak."""
     if waves > 0.0:
         steep = min(steep, 2.0 / (math.pi**3 * waves**2))
-    rows_a_wave = 2.0 * math.pi * (QUINTIC * steep / allowed) ** (1.0 / 6.0)
+    rows_a_wave: float = 2.0 * math.pi * (QUINTIC * steep / allowed) ** (1.0 / 6.0)
     return min(max(rows_a_wave, FEWEST_ROWS), MOST_ROWS)
 
 

@@ -33,14 +33,14 @@ def taper(sharpness: float) -> F64:
         lambda t: scipy.special.i0(sharpness * np.sqrt((1.0 - t) * (1.0 + t))) / scipy.special.i0(sharpness),
         TAPER_DEGREE,
     )
-    odd: F64 = window.integ().coef[1::2]
+    odd: F64 = np.array(window.integ().coef[1::2], np.float64)
     odd *= -0.5 / odd.sum()
     return odd[: int(np.flatnonzero(np.abs(odd) > ROUNDING).max()) + 1]
 
 
 def tapered(distance: F64, inner: float, outer: float, shape: F64) -> F64:
     """Return the taper, 1 up to the inner and 0 from the outer radius on, at distances (0 or more)."""
-    values = np.where(distance < outer, 1.0, 0.0)
+    values: F64 = np.where(distance < outer, 1.0, 0.0)
     between = (distance > inner) & (distance < outer)
     t = (2.0 * distance[between] - inner - outer) / (outer - inner)
     # Clenshaw's recurrence over odd degrees: T_{n+2} = 2·T_2·T_n − T_{n−2}.

@@ -103,7 +103,7 @@ class Lens:
         else:
             along = table.along(per_um, 1)
         parts = np.ascontiguousarray(along).view(np.float64).reshape(len(along), -1)
-        mixed = product(weights.reshape(-1, len(along)), parts).view(along.dtype)
+        mixed: F64 | C128 = product(weights.reshape(-1, len(along)), parts).view(along.dtype.type)
         polar = np.moveaxis(mixed.reshape(*weights.shape[:2], *along.shape[1:]), (0, 1), (2, 3))
         return (_plain(polar), there), points / stretched, panels
 
