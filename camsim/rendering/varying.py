@@ -37,7 +37,7 @@ from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
 FINEST = 1e-8  # tolerance offered behind such lenses; nobody takes a finer one
-FEWEST, SECONDS = 4, 0.3  # photosites checked, and the seconds of each
+FEWEST, MOST, OF_IMAGE, SECONDS = 2, 4, 0.1, 0.2  # photosites checked, by the image's seconds; and seconds of each
 MIDDLE = 0.01, 0.99  # quantiles of the light between which a wavefront's phase sets the number of nodes
 DIGITS, DIGITS_POWER, NODES_OF_WAVE = 0.65, 1.6, 2.0  # rule for the number of wavelengths
 OF_CHECK = 0.5  # tolerance of the check over that of the image
@@ -212,16 +212,21 @@ class FieldCheck:
         size = np.array([grid.cols, grid.rows])
         near = np.rint(job.edges.start - first).astype(np.int64)
         near = near[((near >= 0) & (near < size)).all(axis=1)]
-        places = [np.array([0, 0]), size - 1, *draw.integers(0, size, (FEWEST, 2))]
+        places = [np.array([0, 0]), size - 1, *draw.integers(0, size, (MOST, 2))]
         if len(near):
             farthest = near[np.argmax(np.hypot(*(near + first).T))]
             places = [farthest, near[draw.integers(len(near))], *places]
-        col, row = np.unique(np.array(places[:FEWEST]), axis=0).T.astype(np.int64)
+        col, row = np.unique(np.array(places[: self._count]), axis=0).T.astype(np.int64)
         return row, col
 
     def seconds(self, plan: Plan) -> float:
         """Return the expected seconds of the check."""
-        return 0.0 if isinstance(self.plan, FlatPlan) else FEWEST * SECONDS
+        return 0.0 if isinstance(self.plan, FlatPlan) else self._count * SECONDS
+
+    @property
+    def _count(self) -> int:
+        """Return how many photosites are checked."""
+        return max(FEWEST, min(MOST, int(OF_IMAGE * self.plan.cost.seconds / SECONDS)))
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Recompute photosites, each in its channel of ``sets`` (..., photosites)."""

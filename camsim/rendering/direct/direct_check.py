@@ -29,7 +29,8 @@ OF_TOLERANCE = 0.2  # error of the check over the tolerance
 OF_RINGS, OF_TABLE, OF_PANELS, OF_CURVES = 0.4, 0.3, 0.05, 0.1  # shares of that
 MOST_NODES = 24  # of a panel
 NODES_A_WAVE, FAR_NODES = 3.0, 6.0  # nodes of a piece: per period nearby, and at least
-NODE_SECONDS, ROW_SECONDS = 3e-8, 1e-6  # of one core: per node, and for a table per square of its radius in periods
+# Of one core: per node and piece, and for a table per square of its radius in periods.
+NODE_SECONDS, PIECE_SECONDS, ROW_SECONDS = 3e-8, 1e-5, 1e-6
 
 
 class DirectCheck:
@@ -155,7 +156,8 @@ class DirectCheck:
         """Return the expected seconds of the check."""
         if self._nothing:
             return 0.0
-        return ROW_SECONDS * (self._until * self._highest) ** 2 + self._count(plan) * self._seconds_each
+        pieces = PIECE_SECONDS * len(self._seen[0].left)
+        return pieces + ROW_SECONDS * (self._until * self._highest) ** 2 + self._count(plan) * self._seconds_each
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Recompute photosites, each in its channel of ``sets`` (..., photosites)."""

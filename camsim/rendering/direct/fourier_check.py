@@ -30,6 +30,7 @@ NEARER = 0.5  # the reach where spikes set it: farther windows take as long as t
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
 MANY = 5_000  # edges above which the image's transforms are reused
 PLACES, COUNT, OF_IMAGE = 32, 8, 0.03  # difficult places; cells with the most of them, and their share of the image's
+EACH_SECONDS = 0.03  # of levels and tables
 OF_REACH, SMALLEST = 0.4, 8  # side of a cell over the reach of the first level, and the smallest, photosites
 
 
@@ -107,11 +108,15 @@ class FourierCheck:
         return int(min(max(OF_REACH * self._image.levels[0].reach, SMALLEST), TILE))
 
     @property
+    def _of_frame(self) -> float:
+        """Return a cell's part of the frame, both with what reaches them."""
+        grid, reach = self.job.grid, 2.0 * self._image.levels[0].reach
+        return (self._side + reach) ** 2 / ((grid.rows + reach) * (grid.cols + reach))
+
+    @property
     def _count(self) -> int:
         """Return how many cells are checked."""
-        grid, reach = self.job.grid, 2.0 * self._image.levels[0].reach
-        whole = (grid.rows + reach) * (grid.cols + reach)
-        return max(1, min(COUNT, int(OF_IMAGE * whole / (self._side + reach) ** 2)))
+        return max(1, min(COUNT, int(OF_IMAGE / self._of_frame)))
 
     @property
     def _nothing(self) -> bool:
@@ -119,7 +124,9 @@ class FourierCheck:
 
     def seconds(self, plan: Plan) -> float:
         """Return the expected seconds of the check."""
-        return 0.0 if self._nothing else 0.1 * plan.cost.seconds
+        if self._nothing:
+            return 0.0
+        return EACH_SECONDS + min(self._count * self._of_frame, 1.0) * self.plan.cost.seconds
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Recompute photosites, each in its channel of ``sets`` (..., photosites)."""

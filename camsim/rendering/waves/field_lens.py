@@ -146,6 +146,9 @@ class VaryingLens:
     def _mixtures(self, corners_um: F64, cut: float, weights: F64, counts: Sequence[int]) -> Mixtures | None:
         rule = self._rule(corners_um, min(1.0, cut * float(self.blurs.max())))
         part = _Part(self, rule, corners_um, cut, weights)
+        if (corners_um[0] == corners_um[1]).all():
+            known = part.at(_grid(1))
+            return part.mixed(known, part.displayed(known), 1)
         tried = part.displayed(part.at(TRIED))
         for count in counts:
             known = part.at(_grid(count))
@@ -163,6 +166,7 @@ class VaryingLens:
         if self._revolves:
             away = distinct(np.hypot(*np.array(places).T))
             places = [(away[0], 0.0), (away[away.size // 2], 0.0), (away[-1], 0.0)]
+        places = list(dict.fromkeys(places))
         some = distinct(np.linspace(0, self.wavelength_nm.size - 1, 3).astype(int))
         fronts = self._fronts(np.array(places), self.wavelength_nm[some])
         return Rule.of(fronts, OF_RULE * self.allowed, outer)

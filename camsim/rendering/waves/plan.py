@@ -56,7 +56,8 @@ NEARLY_ALL = 0.92  # fraction of the lens's band from which all of it is taken: 
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # rule for the number of wavelengths
 NEAR_ZERO, KINK_DIRECTIONS = 0.01, 720  # of the cut-off, and in half a turn: where straight sides are looked for
 STEPS, DIRECTIONS = 256, 32  # samples of a system's transfer, along the radius and in angle
-SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # per frequency; the last, per node
+SECONDS_OF_EDGES, SECONDS_OF_FIELD, SECONDS_NODE = 6e-8, 2e-8, 1e-7  # per frequency; the last, per node
+SECONDS_CURVE, SECONDS_POLAR = 4e-9, 3e-8  # per frequency and channel
 SECONDS_TABLE = 0.02  # for a pupil's transfer at one wavelength
 SECONDS_SAMPLE = 3.5e-7  # for a sample of a picture that is turned or cut
 BYTES_EACH, BYTES_SUMMED = 32.0, 32.0  # per frequency, and per point of the summed lattice
@@ -331,10 +332,9 @@ class WavesPlan:
         if image is None:
             return Cost(seconds=0.0, memory_bytes=0.0)
         each = 0.0
-        for _, weights, lens in image.sources:
-            each += len(weights) * (
-                SECONDS_EACH + weights.shape[1] * (SECONDS_CURVE if lens.is_round else SECONDS_POLAR)
-            )
+        for k, (_, weights, lens) in enumerate(image.sources):
+            transform = SECONDS_OF_EDGES if k < min(1, len(self.job.edges)) else SECONDS_OF_FIELD
+            each += len(weights) * (transform + weights.shape[1] * (SECONDS_CURVE if lens.is_round else SECONDS_POLAR))
         nodes = 8.0 * len(self.job.edges)
         seconds = self._frequencies * each + nodes * SECONDS_NODE
         most = max(len(weights) for _, weights, _ in image.sources)

@@ -103,7 +103,8 @@ class Lens:
         else:
             along = table.along(per_um, 1)
         parts = np.ascontiguousarray(along).view(np.float64).reshape(len(along), -1)
-        mixed: F64 | C128 = product(weights.reshape(-1, len(along)), parts).view(along.dtype.type)
+        mixed = product(weights.reshape(-1, len(along)), parts)
+        mixed = mixed.view(np.complex128) if np.iscomplexobj(along) else mixed
         polar = np.moveaxis(mixed.reshape(*weights.shape[:2], *along.shape[1:]), (0, 1), (2, 3))
         return (_plain(polar), there), points / stretched, panels
 
