@@ -48,7 +48,9 @@ BOUNDARY: dict[Source, Share] = {
 }
 FREQUENCIES: dict[Source, Share] = {
     "band": Share(0.05, "frequencies cut off where hardly any light passes: ∫transfer/πf df beyond, four edges"),
-    "far light": Share(0.05, "light beyond the last level: an edge's c·λN/R, c by the pupil's perimeter; of small scenery 1/R³"),
+    "far light": Share(
+        0.05, "light beyond the last level: an edge's c·λN/R, c by the pupil's perimeter; a small scene's by 1/R³"
+    ),
     "windows": Share(0.05, "light beyond the kernel of a level's window: 1/sinh β of the light in that window"),
     "between points": Share(0.05, "coarse levels between their points: side lobes of the interpolating kernel"),
     "ringing": Share(

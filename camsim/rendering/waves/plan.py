@@ -120,7 +120,7 @@ class WavesPlan:
         cut = max(self._band(lens, weights, finest) for _, weights, lens in found)
         farthest = max(_farthest(source, job) for source, *_ in found)
         width = max(float(np.hypot(*np.subtract(*source.box))) for source, *_ in found)
-        levels = self._levels(cut, farthest, width, finest)
+        levels = self._levels(cut, farthest, width, self._compact([source.box for source, *_ in found]), finest)
         if len(levels) > 1:
             found = [(self._with_far(one, levels, precision), weights, lens) for one, weights, lens in found]
         return self.summed(
@@ -197,7 +197,15 @@ class WavesPlan:
         footprint = np.abs(self.job.system.footprint_otf(fx, fy))
         return frequency, lens.size(frequency, np.abs(weights).max(axis=(0, 1))), footprint
 
-    def _levels(self, cut: float, farthest: float, width: float, tolerance: float) -> Sequence[Level]:
+    def _compact(self, boxes: Sequence[tuple[F64, F64]]) -> float:
+        """Return the diameter of scenery whose light falls with the PSF; infinite for a pupil that may have sides."""
+        if self._has_sides:
+            return math.inf
+        size = np.max([high for _, high in boxes], axis=0) - np.min([low for low, _ in boxes], axis=0)
+        points = sum(float(layer.light.sum()) for layer in self._layers if isinstance(layer, PointLayer))
+        return math.hypot(*size.tolist(), math.sqrt(2.0 * points))
+
+    def _levels(self, cut: float, farthest: float, width: float, compact: float, tolerance: float) -> Sequence[Level]:
         job, system = self.job, self.job.system
         pitch_um, extent = job.grid.pitch_um, job.extent
         lens, longest = system.lens, float(job.blur.max())
@@ -233,7 +241,6 @@ class WavesPlan:
             spikes,
         )
         first = self.settings.farther * (near + spot + extent) + self._support
-        compact = math.inf if self._has_sides else width
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail, extent, compact)
 
     @property
