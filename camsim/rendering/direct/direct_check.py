@@ -27,6 +27,7 @@ from camsim.scene.arcs import Fineness
 
 OF_TOLERANCE = 0.2  # error of the check over the tolerance
 OF_RINGS, OF_TABLE, OF_PANELS, OF_CURVES = 0.4, 0.3, 0.05, 0.2  # shares of that
+OF_POINT = 20.0  # times a point's area: error of its light over that of an edge's, from the same rows
 MOST_NODES = 24  # of a panel
 NODES_A_WAVE, FAR_NODES = 3.0, 6.0  # nodes of a piece: per period nearby, and at least
 # Of one core: per node and piece, and for a table per square of its radius in periods.
@@ -112,7 +113,7 @@ class DirectCheck:
             wavelength_nm,
             product(signals.reshape(-1, len(matrix)), matrix),
             until=self._until + (0.0 if spline is None else spline.extent),
-            allowed=OF_TABLE * self.allowed,
+            allowed=OF_TABLE * self.allowed / (1.0 + OF_POINT * self._fields.strongest[1]),
             spline=spline,
         )
         mixture = mixture.reshape(*signals.shape[:2], -1)
