@@ -33,7 +33,7 @@ def test_a_curve_through_an_airy_transfer_makes_nearly_its_image():
 
 
 def test_a_curve_of_few_points_is_refused_where_its_bends_would_ring_too_far():
-    with pytest.raises(InvalidValueError, match="^lens: at a tolerance of 1e-07 the bends of its curve ") as refused:
+    with pytest.raises(InvalidValueError, match=r"^lens: at a tolerance of 1e-07 the bends of its curve ") as refused:
         image(airy_curve(9), 1e-7)
     allowed = float(str(refused.value).split()[-1])
     image(airy_curve(9), 1.1 * allowed)  # raises if its estimate exceeds that
