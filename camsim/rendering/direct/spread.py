@@ -25,9 +25,9 @@ from camsim.rendering.direct.spread_kernels import fill_rows
 
 SERIES_NODES, OF_BREAK, OF_EXTENT = 14, 0.2, 0.4  # of a transfer's series at 0, and the range of its fit
 MOST_NODES = 48  # of one panel of frequencies
-# Many breaks, each of few wavelengths, are merged where closer than a share of the band: at most, and by the allowed
-# error to the power 0.6. Panels then get so many nodes besides those for their phase, not three.
-FEW_BREAKS, NEAREST, MERGED, MORE_NODES = 8, 1.0 / 12.0, 1200.0, 6
+# Of many wavelengths, breaks are merged where closer than a share of the band: at most, and by the allowed error to the
+# power 0.6. Panels then get so many nodes besides those for their phase, not three. Curves with bends have more breaks.
+FEW_BREAKS, NEAREST, MERGED, MORE_NODES, SMOOTH, MANY_BREAKS = 8, 1.0 / 12.0, 1200.0, 6, 3, 64
 QUINTIC = 1.0 / 46080.0  # error of quintic interpolation between two rows, over the sixth derivative times step⁶
 STEEP = 4.5  # sixth derivative, over that of a wave of the highest frequency and the fifth moment of the transfer
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # per period of the highest frequency
@@ -111,7 +111,9 @@ def _made(
         starts.append(begin)
         begin *= WIDER
     stops = [*starts[1:], until + 2.0 / (FEWEST_ROWS * highest)]
-    rules = [_frequencies(breaks, highest, end + extent, allowed) for end in stops]
+    assert isinstance(system.lens, RoundLens)
+    nearest = _nearest(len(system.lens.pattern().breaks), len(breaks), allowed)
+    rules = [_frequencies(breaks, highest, end + extent, allowed, highest * nearest) for end in stops]
     # A transfer's series at 0 gives the tail.
     series_until = min(OF_BREAK * breaks.min(initial=highest), OF_EXTENT / extent if extent else math.inf)
     low = 0.5 * series_until * (1.0 + chebyshev(SERIES_NODES))
@@ -225,18 +227,24 @@ def fades(system: OpticalSystem) -> bool:
     return not pattern.rings and not any(pattern.powers)
 
 
-def _frequencies(breaks: F64, highest: float, until: float, allowed: float) -> tuple[F64, F64]:
-    """Return quadrature nodes and weights over 0 … highest, in panels between the breaks of the transfers."""
-    merged = len(breaks) > FEW_BREAKS
-    ends, nearest = [0.0], highest * (min(NEAREST, MERGED * allowed**0.6) if merged else ROUNDING)
+def _nearest(each: int, breaks: int, allowed: float) -> float:
+    """Return the share of the band within which breaks, ``each`` of one wavelength, are merged; 0: none."""
+    if breaks <= (FEW_BREAKS if each <= SMOOTH else MANY_BREAKS):
+        return 0.0
+    return min(NEAREST, MERGED * allowed**0.6) if each <= SMOOTH else 1.0 / MANY_BREAKS
+
+
+def _frequencies(breaks: F64, highest: float, until: float, allowed: float, nearest: float) -> tuple[F64, F64]:
+    """Return quadrature nodes and weights over 0 … highest, in panels between breaks farther apart than ``nearest``."""
+    ends = [0.0]
     for place in [*breaks.tolist(), highest]:
-        if place - ends[-1] > nearest:
+        if place - ends[-1] > max(nearest, ROUNDING * highest):
             ends.append(min(place, highest))
     ends[-1] = highest
     low, high = np.array(ends[:-1]), np.array(ends[1:])
     # The behaviour (1 − f)^{3/2} at the cut-off, not the oscillation, determines the last digits of a rule.
     pieces, orders = gauss_pieces(math.pi * until * (high - low), 0.1 * allowed, MOST_NODES)
-    orders += MORE_NODES if merged else 3
+    orders += MORE_NODES if nearest else 3
     half, of_panel = np.repeat(0.5 * (high - low) / pieces, pieces), np.repeat(orders, pieces)
     piece = np.arange(half.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     middle = np.repeat(low, pieces) + half * (2.0 * piece + 1.0)
