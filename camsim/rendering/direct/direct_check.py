@@ -26,7 +26,7 @@ from camsim.scene import Scene
 from camsim.scene.arcs import Fineness
 
 OF_TOLERANCE = 0.2  # error of the check over the tolerance
-OF_RINGS, OF_TABLE, OF_PANELS, OF_CURVES = 0.4, 0.3, 0.05, 0.2  # shares of that
+OF_RINGS, OF_TABLE, OF_PANELS, OF_CURVES = 0.4, 0.3, 0.05, 0.1  # shares of that
 OF_POINT = 20.0  # times a point's area: error of its light over that of an edge's, from the same rows
 MOST_NODES = 24  # of a panel
 NODES_A_WAVE, FAR_NODES = 3.0, 6.0  # nodes of a piece: per period nearby, and at least

@@ -30,7 +30,7 @@ NEARER = 0.5  # the reach where spikes set it: farther windows take as long as t
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
 MANY = 5_000  # edges above which the image's transforms are reused
 PLACES, COUNT, OF_IMAGE = 32, 8, 0.03  # difficult places; cells with the most of them, and their share of the image's
-EACH_SECONDS = 0.03  # of levels and tables
+EACH_SECONDS = 0.01  # of levels and tables
 OF_REACH, SMALLEST = 0.4, 8  # side of a cell over the reach of the first level, and the smallest, photosites
 
 
@@ -80,10 +80,9 @@ class FourierCheck:
         shortest_nm = float(self.job.signals.wavelength_nm.min())
         steep = isinstance(lens, OfPupil) and lens.waves_across(shortest_nm) > STEEP
         sides = isinstance(lens, OfPupil) and lens.pupil.shape != "circular"
-        if self._again or steep or sides:
-            farther = NEARER if sides and not steep else FARTHER
-            return Waves(farther=farther, rougher=1.0 / share).plan(job, fields=fields)
-        return Waves(farther=FARTHER, finer=FINER).plan(job, fields=fields)
+        farther = NEARER if sides and not steep else FARTHER
+        finer = 1.0 if self._again or steep or sides else FINER
+        return Waves(farther=farther, finer=finer, rougher=1.0 / share).plan(job, fields=fields)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to check: all between the difficult places of a few cells."""

@@ -18,6 +18,7 @@ from camsim.spectra.curve import Spectrum, spectrum_at
 
 FEWEST, MORE = 12, 8  # nodes: at least, and in addition to half a node per radian
 NEAREST, FARTHEST, STEP, EACH = 4.0, 1200.0, 1.2, 8  # distances in λN of the search, their ratio, and places in each
+SAME_PHASE = 1.0  # radians
 AT_ONCE = 3  # distances at which coherence is summed
 OF_LINE = 0.2  # ringing of a line over that of a whole circle, times the root of the distance in λN
 OF_CIRCLES = 0.5  # of the allowed error for each circle: their rings meet at the centre
@@ -111,6 +112,11 @@ def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contras
     signals = signals[:: max(1, len(signals) // MOST_SIGNALS)]
     assert isinstance(system.lens, RoundLens)
     per_pitch = (2.0 * math.pi * pitch_um) / system.blurs_um(wavelength_nm)
+    # Neighbouring wavelengths of almost the same phase are taken together.
+    apart = float(places.max(initial=0.0) * np.abs(np.diff(per_pitch)).max())
+    first = np.arange(0, wavelength_nm.size, max(1, int(SAME_PHASE / apart)))
+    signals, per_pitch = np.add.reduceat(signals, first, axis=1), np.add.reduceat(per_pitch, first)
+    per_pitch /= np.diff(first, append=wavelength_nm.size)
     most = np.zeros(places.size)
     for u in system.lens.pattern().breaks:
         phases = np.outer(u * per_pitch, places)

@@ -50,7 +50,7 @@ STEEP, BENT = 20.0, 40.0  # scales of aberrations: spot radius in λN; waves per
 STRONGER = 3.5  # ringing behind an aberration of s such scales is stronger by 1 + STRONGER·s²
 UNKNOWN = 4.0  # the same of a lens that is known by its transfer alone: its pupil may be obstructed, or have sides
 RINGS_AT = 0.8, 0.85, 0.9, 0.95  # fractions of the cut-off at which an aberrated lens rings
-MOST_OF_KINKS, TOO_FAR = 500.0, 800.0  # pitches: bends of a given curve that ring farther err as the distance squared
+MOST_OF_KINKS = 500.0  # pitches: farther, only curves that no lens has ring at tolerances that somebody takes
 CROWD = 4000  # edges beyond which the bound on ringing grows no further
 NEARLY_ALL = 0.92  # fraction of the lens's band from which all of it is taken: a picture's ringing is not estimated
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # rule for the number of wavelengths
@@ -231,19 +231,12 @@ class WavesPlan:
         if job.rings is not None:
             light = np.abs(job.signals.density).sum(axis=(0, 1))
             near = max(near, job.rings.reach(job.blur, light / light.sum(), _strength(job), OF_RINGS * tolerance))
-        kinks = _kinked(job, tolerance)
-        if kinks > TOO_FAR and self.settings.farther == 1.0:
-            raise InvalidValueError(
-                f"at a tolerance of {job.tolerance:g} the bends of its curve ring beyond {TOO_FAR:g} photosites; "
-                f"give it at more frequencies, or allow {job.tolerance * (kinks / TOO_FAR) ** 2:.2g}",
-                key="lens",
-            )
         crowded, followed = self.fields is not None, self.settings.rougher * tolerance
         near = max(
             near,
             _ringing(job, tolerance, crowded=crowded),
             _slow(job, followed),
-            min(kinks, MOST_OF_KINKS),
+            _kinked(job, tolerance),
             2.0 * longest,
             spikes,
         )
@@ -524,7 +517,7 @@ def _kinked(job: Job, tolerance: float) -> float:
     shares = [job.system.ring_share(job.signals.wavelength_nm, one) for one in (frequency[1:] / frequency[-1]).tolist()]
     rings = bends * np.array(shares) / (math.pi**3 * frequency[1:] * OF_RINGS * tolerance)
     wide: float = float(np.sum(rings[:-1] / (2.0 * math.pi * np.minimum(width[1:], width[:-1])))) ** (1.0 / 3.0)
-    return max(math.sqrt(float(rings[-1])), min(math.sqrt(float(rings[:-1].sum())), wide))
+    return min(max(math.sqrt(float(rings[-1])), min(math.sqrt(float(rings[:-1].sum())), wide)), MOST_OF_KINKS)
 
 
 def _slow(job: Job, tolerance: float) -> float:
