@@ -136,22 +136,14 @@ def _made(
     steep = STEEP * float((np.abs(curves[:, last]) * strength).sum(axis=1).max()) / highest
     per_pitch = [_rows(steep, (start - extent) * highest, allowed) * highest for start in starts]
     first, parts = [0], []
-    for k, (start, end, rate) in enumerate(zip(starts, stops, per_pitch, strict=True)):
+    for zone, (start, end, rate) in enumerate(zip(starts, stops, per_pitch, strict=True)):
         r, step = start + np.arange(math.ceil((end - start) * rate) + 1) / rate, 1.0 / rate
         first.append(first[-1] + r.size)
-        here = slice(begins[k], begins[k + 1])
+        here = slice(begins[zone], begins[zone + 1])
         found = np.zeros((4, len(orders), len(few), r.size))
-        work = functools.partial(
-            fill_rows,
-            r,
-            2.0 * math.pi * f[here],
-            2.0 * math.pi * f[here] * rules[k][1],
-            shapes[:, here],
-            np.ascontiguousarray(curves[:, here].T),
-            orders,
-            bool((orders % 2).any()),
-            found,
-        )
+        k, weight = 2.0 * math.pi * f[here], 2.0 * math.pi * f[here] * rules[zone][1]
+        each = np.ascontiguousarray(shapes[:, here]), np.ascontiguousarray(curves[:, here].T)
+        work = functools.partial(fill_rows, r, k, weight, *each, orders, bool((orders % 2).any()), found)
         shared(r.size, work, least=LEAST_ROWS)
         g, p, slope, bend = np.moveaxis(found, 3, 1).reshape(4, r.size, -1)
         r = r[:, None]
