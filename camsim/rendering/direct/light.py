@@ -113,8 +113,8 @@ def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contras
     assert isinstance(system.lens, RoundLens)
     per_pitch = (2.0 * math.pi * pitch_um) / system.blurs_um(wavelength_nm)
     # Neighbouring wavelengths of almost the same phase are taken together.
-    apart = float(places.max(initial=0.0) * np.abs(np.diff(per_pitch)).max())
-    first = np.arange(0, wavelength_nm.size, max(1, int(SAME_PHASE / apart)))
+    turns = np.floor(per_pitch * (float(places.max(initial=0.0)) / SAME_PHASE))
+    first = np.flatnonzero(np.diff(turns, prepend=-1.0))
     signals, per_pitch = np.add.reduceat(signals, first, axis=1), np.add.reduceat(per_pitch, first)
     per_pitch /= np.diff(first, append=wavelength_nm.size)
     most = np.zeros(places.size)
