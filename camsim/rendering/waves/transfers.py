@@ -23,7 +23,7 @@ from camsim.optics.transfer_table import NO_BORDER, TransferTable, transfer_tabl
 from camsim.rendering.modes import spanning
 from camsim.rendering.waves.levels import Lattice, Level
 
-FEWEST_POINTS, MOST_POINTS = 2048, 1 << 16
+FEWEST_POINTS, MOST_POINTS = 2048, 1 << 20
 POLAR_POINTS = 128  # smallest number along the radius: aberrations give a coarse level's transfer phase as well
 MOST_POLAR, MOST_STEPS, FEW_RADII = 2048, 1000, 24  # largest radial points and directions of a table; radii for tests
 OF_RADII = 6.0  # points per radius of the transfer table, for cubic interpolation at 1e-5
