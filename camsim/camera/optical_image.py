@@ -8,6 +8,8 @@ import pickle
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from camsim.core.arrays import read_only
 from camsim.errors import InvalidValueError
 from camsim.rendering import Rendering
@@ -68,11 +70,14 @@ class _Into:
 
 
 class _Plain(pickle.Pickler):
-    """Pickles dataclasses by their init fields only, without cached results."""
+    """Pickles dataclasses by init fields only, without cached results, and arrays that have a hash by that."""
 
     def reducer_override(self, obj: Any) -> Any:
         if not dataclasses.is_dataclass(obj) or isinstance(obj, type):
             return NotImplemented
         one = type(obj)
         fields = [(field.name, getattr(obj, field.name)) for field in dataclasses.fields(obj) if field.init]
+        if known := getattr(obj, "sha256", ""):
+            fields = [(name, value.shape if isinstance(value, np.ndarray) else value) for name, value in fields]
+            fields.append(("sha256", known))
         return tuple, ((one.__module__, one.__qualname__, *fields),)
