@@ -21,6 +21,7 @@ from camsim.core.arrays import F64, I64, distinct, picked
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.cut_cells import cell_states, cut_nodes
+from camsim.numerics.picture_splines import coefficients_of
 from camsim.numerics.quadrature import GOLDEN, gauss_legendre, gauss_order, gauss_pieces
 from camsim.rendering.direct.painter import covered
 from camsim.rendering.direct.photosites import over_nodes, over_samples
@@ -351,16 +352,9 @@ def _any(mask: np.ndarray, n: int) -> np.ndarray:
 
 
 def _coefficients(planes: F64, degree: int) -> F64:
-    """Return the B-spline coefficients that interpolate samples (planes, rows, cols), mirrored and padded at the ends.
-
-    The coefficients follow from a cosine transform, divided by that of the spline at its knots.
-    """
-    for axis in (1, 2) if degree == 3 else ():
-        count = planes.shape[axis]
-        form = [1, 1, 1]
-        form[axis] = count
-        passed = (2.0 + np.cos(np.pi * np.arange(count) / count)) / 3.0
-        planes = scipy.fft.idct(scipy.fft.dct(planes, axis=axis) / passed.reshape(form), axis=axis)
+    """Return the B-spline coefficients through samples (planes, rows, cols), mirrored and padded at the ends."""
+    if degree == 3:
+        planes = coefficients_of(planes)
     more = (degree + 1) // 2
     return np.ascontiguousarray(np.pad(planes, ((0, 0), (more, more), (more, more)), mode="symmetric"))
 
