@@ -320,7 +320,7 @@ class Fields:
         for point in points:
             near |= np.hypot(*(centres - point).T) < reach
         turns = np.broadcast_to(seen.cycles, seen.shape)[cells[:, 0], cells[:, 1]]
-        phase = math.pi * (self.highest * seen.step + float(turns.max()))
+        phase = math.pi * (self.highest * seen.step + float(turns[near].max(initial=0.0)))
         fine = gauss_order(phase, max(self.allowed, 1e-12), most=MOST_NODES) + seen.degree // 2
         # The coarse cells send at most the light beyond the table's end.
         far = np.einsum("pcq,q->pc", np.abs(behind.weights), np.abs(behind.table.powers[0, :, 0]))
