@@ -9,7 +9,7 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalSystem
-from camsim.optics.protocols import Varies
+from camsim.optics.protocols import KnowsSize, Round, Varies
 from camsim.rendering.anchors import anchored
 from camsim.rendering.bending import undistorted
 from camsim.rendering.budget import ErrorBudget
@@ -23,6 +23,8 @@ SLOPE_NODES = 96  # quadrature nodes of a bound that need be right only to a few
 DIRECTIONS = 64  # over half a turn, in which the transfer of photosite and OLPF is sampled
 _DIAGONAL = math.sqrt(0.5)
 LOOKED_IN = ((1.0, 0.0), (0.0, 1.0), (_DIAGONAL, _DIAGONAL), (_DIAGONAL, -_DIAGONAL))  # directions of bounds
+# Of lenses whose pattern may be long and narrow: a side ratio of 10 is followed to a tenth.
+AROUND = tuple((math.cos(math.pi * k / 60), math.sin(math.pi * k / 60)) for k in range(60))
 MOST_TURN = 2.0 * math.pi / 16.0  # of a side: up to here the sagitta is s²/8R to half a per cent
 WAVES = 24  # frequencies along an edge; the harmonics of a longer side fall as 1/n²
 SIDES = np.geomspace(1.0, 1e4, 81)  # lengths of sides, in the shortest wave that the lens passes
@@ -79,7 +81,10 @@ def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> SideLi
     f, w = 0.5 * (1.0 + x) * highest, w * highest  # over negative frequencies as well
     angle = np.arange(DIRECTIONS)[:, None] * math.pi / DIRECTIONS
     weight = np.abs(system.footprint_otf(f * np.cos(angle), f * np.sin(angle))).max(axis=0) * w
-    passes = weight * np.stack([system.point_otf_size(f, direction, shortest_nm) for direction in LOOKED_IN])
+    looked_in = AROUND
+    if isinstance(system.lens, Round | KnowsSize) and not system.more:
+        looked_in = LOOKED_IN[:1] if isinstance(system.lens, Round) else LOOKED_IN
+    passes = weight * np.stack([system.point_otf_size(f, direction, shortest_nm) for direction in looked_in])
     slope = 2.0 * math.pi * float((passes @ f).max())
     line_per_um = float(passes.sum(axis=1).max())
     steepest = 4.0 * math.pi * float((passes @ (f * f)).max())

@@ -188,7 +188,8 @@ def filled(geometry: Any) -> Any:
 
     if geometry.geom_type != "GeometryCollection":
         return geometry
-    return shapely.MultiPolygon([part for part in shapely.get_parts(geometry) if part.geom_type == "Polygon"])
+    parts = shapely.get_parts(shapely.get_parts(geometry))  # of a collection, and of multipolygons in it
+    return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon"])
 
 
 def rings_of(geometry: Any) -> list[F64]:

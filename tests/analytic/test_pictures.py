@@ -282,6 +282,25 @@ def test_a_flat_picture_of_which_a_corner_is_hidden(seed):
     np.testing.assert_allclose(image, rendered(square, disc, tolerance=1e-6), rtol=0.0, atol=1.1e-5)
 
 
+def test_a_picture_behind_two_shapes_whose_common_side_is_one_but_for_rounding():
+    """All of its visible part was lost, silently behind an elliptical lens: its outline held a sliver without area."""
+    samples = [[0.55, 0.71, 0.85, 0.49, 0.48], [0.54, 0.17, 0.01, 0.89, 0.49]]
+    place = {"centre_um": (3.6700545060569887, -1.5927007317149524), "rotate_deg": 296.6442729702279}
+    picture = camsim.Picture(planes=[samples], width_um=5 * 4.588042872339196, **place)
+
+    def image(off):
+        x, y, z = (0.5000000000000007, 1.4033326903789049e-15, 0.4999999999999979) if off else (0.5, 0.0, 0.5)
+        above = camsim.Polygon(
+            points_um=((0.5, 0.0), (x, 11.459081029370752), (-10.959081029370752, y)), reflectance=0.9
+        )
+        below = camsim.Polygon(
+            points_um=((0.5, 0.0), (-10.959081029370752, y), (z, -11.459081029370752)), reflectance=0.3
+        )
+        return rendered(picture, above, below, tolerance=1e-5, grid=camsim.Grid(rows=16, cols=16, pitch_um=1.0))
+
+    np.testing.assert_allclose(image(True), image(False), rtol=0.0, atol=1e-9)
+
+
 def test_a_large_frame_has_tiles_whose_rows_fit_as_well():
     """Of few samples one tile would be the quickest, and with 45 megapixels beside it too large: it was refused."""
     camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0)).replace(rows=5478, cols=8216)
