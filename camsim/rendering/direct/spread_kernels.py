@@ -28,8 +28,12 @@ def fill_rows(
     found, rows, j = np.empty((4, len(orders), kinds, ROWS)), np.zeros(ROWS), both[2:]
     for first in range(begin, end, ROWS):
         count = min(ROWS, end - first)
-        rows[:] = radius[first] + np.arange(ROWS) * (radius[1] - radius[0])
-        found[:] = 0.0
+        for i in range(ROWS):
+            rows[i] = radius[first] + i * (radius[1] - radius[0])
+            for q in range(4):
+                for h in range(len(orders)):
+                    for c in range(kinds):
+                        found[q, h, c, i] = 0.0
         for n in range(len(k)):
             near = count
             while near > 0 and not odd and k[n] * rows[near - 1] >= far:
@@ -53,4 +57,8 @@ def fill_rows(
                         found[2, h, q, i] += slope * (both[m + 1, i] - both[m + 3, i])
                     for i in range(count):
                         found[3, h, q, i] += bend * (both[m, i] - 2.0 * j[m, i] + both[m + 4, i])
-        out[..., first : first + count] = found[..., :count]
+        for q in range(4):
+            for h in range(len(orders)):
+                for c in range(kinds):
+                    for i in range(count):
+                        out[q, h, c, first + i] = found[q, h, c, i]
