@@ -20,6 +20,7 @@ from camsim.optics.protocols import KnowsWaves, Rectangular, Varies
 from camsim.rendering.auto import FREQUENCIES, Choice, fits
 from camsim.rendering.bending import Bending
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.direct.checks import in_channels
 from camsim.rendering.engine import Decision, Plan, too_much
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.layer import Layer
@@ -237,8 +238,7 @@ class FieldCheck:
         job = plan.job.to(OF_CHECK * plan.job.tolerance)
         image = planned(VaryingPlan, job=job, fields=fields, lens=plan.lens, settings=plan.settings).image
         if isinstance(image, VaryingImage):
-            found = image.at(job.grid.first_centre, rows, cols)
-            values += np.take_along_axis(found, sets.reshape(-1, rows.size), axis=0).reshape(sets.shape)
+            values += in_channels(image.at(job.grid.first_centre, rows, cols), sets)
         return values
 
 

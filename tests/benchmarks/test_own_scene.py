@@ -108,7 +108,7 @@ def test_a_lens_that_one_engine_renders_is_judged_by_that_one_at_its_finest(scen
     text = scene.read_text(encoding="utf-8")
     coma = "kind: wavefront, f_number: 8, zernike_waves: [[7, 0.1]]"
     scene.write_text(text.replace("kind: airy, f_number: 8", coma))
-    found = bench_scene(scene, methods=("auto", "boundary"), tolerances=(1e-3, 1e-12), **QUICK | {"longest_s": 0.2})
+    found = bench_scene(scene, methods=("auto", "boundary"), tolerances=(1e-3, 1e-12), **QUICK | {"longest_s": 0.1})
     (truth,) = found.truths
     assert truth.engine == "fourier"
     assert truth.difference is None

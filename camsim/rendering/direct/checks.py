@@ -42,6 +42,12 @@ class Found:
         )
 
 
+def in_channels(light: F64, sets: U8) -> F64:
+    """Return the light (channels, n) of photosites, each in its channel of ``sets`` (..., n)."""
+    found: F64 = np.take_along_axis(light, sets.reshape(-1, sets.shape[-1]).astype(np.int64), axis=0)
+    return found.reshape(sets.shape)
+
+
 class Checks(Protocol):
     """Protocol of a check, which recomputes photosites of a rendering."""
 

@@ -12,6 +12,7 @@ from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import gauss_phases, gauss_rules
+from camsim.rendering.direct.checks import in_channels
 from camsim.rendering.direct.fields import Fields
 from camsim.rendering.direct.light import condensed, counted_until, densities
 from camsim.rendering.direct.photosites import along_outlines
@@ -167,7 +168,7 @@ class DirectCheck:
         light = self.base + self._of_edges(points)
         if self._fields.visible:
             light = light + self._fields.light(points, len(self.base), self._tabled)
-        return np.take_along_axis(light.T, sets.reshape(-1, rows.size).astype(np.int64), axis=0).reshape(sets.shape)
+        return in_channels(light.T, sets)
 
     def _of_edges(self, points: F64) -> F64:
         """Return the light of outlines at points (n, 2) in all channels (n, channels)."""

@@ -11,15 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64, U8, kinds_of
+from camsim.core.arrays import F64, I64, U8
 from camsim.core.cached import cached_property
 from camsim.optics.of_pupil import OfPupil
+from camsim.rendering.direct.checks import in_channels
 from camsim.rendering.direct.places import hardest_photosites
 from camsim.rendering.direct.records import Outlines
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Plan
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.job import Job
-from camsim.rendering.waves.image import TILE, FrequencyImage
+from camsim.rendering.waves.image import TILE, FrequencyImage, cells_of
 from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 
@@ -92,8 +93,7 @@ class FourierCheck:
         (x, y), (dx, dy) = edges.start.T, (edges.end - edges.start).T
         outlines = Outlines(x, y, dx, dy, none, none)
         rows, cols = hardest_photosites(outlines, np.empty((0, 2)), self.job.grid, plan.marks, count=PLACES)
-        side = self._side
-        _, which = kinds_of(rows // side + 1j * (cols // side))
+        which = cells_of(rows, cols, self._side)
         found = []
         for cell in np.argsort(-np.bincount(which), kind="stable")[: self._count]:
             y, x = rows[which == cell], cols[which == cell]
@@ -133,6 +133,5 @@ class FourierCheck:
         if self._nothing:
             return values
         grid = self.job.grid
-        found = self._image.at(grid.first_centre, rows, cols, self._side)
-        values += np.take_along_axis(found, sets.reshape(-1, rows.size), axis=0).reshape(sets.shape)
+        values += in_channels(self._image.at(grid.first_centre, rows, cols, self._side), sets)
         return values

@@ -21,7 +21,7 @@ from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import chebyshev, gauss_pieces, gauss_rules, power_series
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.rendering.direct.records import POWERS, Table
-from camsim.rendering.direct.spread_kernels import fill_rows
+from camsim.rendering.direct.spread_kernels import ROWS, fill_rows
 
 SERIES_NODES, OF_BREAK, OF_EXTENT = 14, 0.2, 0.4  # of a transfer's series at 0, and the range of its fit
 MOST_NODES = 48  # of one panel of frequencies
@@ -32,7 +32,6 @@ QUINTIC = 1.0 / 46080.0  # error of quintic interpolation between two rows, over
 STEEP = 4.5  # sixth derivative, over that of a wave of the highest frequency and the fifth moment of the transfer
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # per period of the highest frequency
 FIRST_ZONE, WIDER, ENOUGH = 8.0, 3.0, 1.3  # zones of equal density: first, in periods; ratio of the others, at least
-LEAST_ROWS = 64  # of a thread: they are computed together
 FEW_HARMONICS = 3.0  # radians of phase with hardly a harmonic
 ROUNDING = 1e-13  # of signals that are linear combinations of others
 NOTHING = 1e-300  # keeps a quotient of zeros finite
@@ -144,7 +143,7 @@ def _made(
         k, weight = 2.0 * math.pi * f[here], 2.0 * math.pi * f[here] * rules[zone][1]
         each = np.ascontiguousarray(shapes[:, here]), np.ascontiguousarray(curves[:, here].T)
         work = functools.partial(fill_rows, r, k, weight, *each, orders, bool((orders % 2).any()), found)
-        shared(r.size, work, least=LEAST_ROWS)
+        shared(r.size, work, least=ROWS)
         g, p, slope, bend = np.moveaxis(found, 3, 1).reshape(4, r.size, -1)
         r = r[:, None]
         parts.append(np.stack([g, r * p * step, (p + r * slope) * step**2, p, slope * step, bend * step**2], axis=1))

@@ -85,8 +85,8 @@ class FrequencyImage:
         Each cell of ``side`` photosites, at most those of a tile, is a frame of its own.
         """
         out = np.empty((self.sources[0][1].shape[1], rows.size))
-        cells, which = kinds_of(rows // side + 1j * (cols // side))
-        for cell in range(cells.size):
+        which = cells_of(rows, cols, side)
+        for cell in range(int(which.max(initial=-1)) + 1):
             here = np.flatnonzero(which == cell)
             row, col = int(rows[here].min()), int(cols[here].min())
             shape = int(rows[here].max()) + 1 - row, int(cols[here].max()) + 1 - col
@@ -249,6 +249,11 @@ class FrequencyImage:
         """Low and high corner of all sources."""
         boxes = [source.box for source, *_ in self.sources]
         return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+
+
+def cells_of(rows: I64, cols: I64, side: int) -> I64:
+    """Return the cell (n,), from 0 on, of photosites among cells of ``side`` photosites."""
+    return kinds_of(rows // side + 1j * (cols // side))[1]
 
 
 def summed_shape(lattice: Lattice, every: int, height: int) -> tuple[int, int]:

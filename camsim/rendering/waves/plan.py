@@ -58,7 +58,7 @@ NEAR_ZERO, KINK_DIRECTIONS = 0.01, 720  # of the cut-off, and in half a turn: wh
 STEPS, DIRECTIONS = 256, 32  # samples of a system's transfer, along the radius and in angle
 SECONDS_OF_EDGES, SECONDS_OF_FIELD, SECONDS_NODE = 6e-8, 2e-8, 1e-7  # per frequency; the last, per node
 SECONDS_CURVE, SECONDS_POLAR = 4e-9, 3e-8  # per frequency and channel
-SECONDS_TABLE = 0.02  # for a pupil's transfer at one wavelength
+SECONDS_TABLE = 0.01  # for a pupil's transfer at one wavelength
 SECONDS_SAMPLE = 3.5e-7  # for a sample of a picture that is turned or cut
 BYTES_EACH, BYTES_SUMMED = 32.0, 32.0  # per frequency, and per point of the summed lattice
 
