@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, U8
 from camsim.core.kernels import kernel
 from camsim.numerics.quadrature import gauss_rules
 
@@ -17,8 +17,8 @@ MORE = 3  # additional nodes on a short section
 
 
 @kernel()
-def cell_states(start: F64, end: F64, flips: I64, is_cut: np.ndarray) -> None:
-    """Count the changes of visibility (rows, cols + 1) at each column, and mark the cells that segments (n, 2) cut."""
+def cell_states(start: F64, end: F64, flips: U8, is_cut: np.ndarray) -> None:
+    """Count changes of visibility (rows, cols + 1) at each column, modulo 256; mark the cells that segments (n, 2) cut."""
     rows, cols = is_cut.shape
     for s in range(len(start)):
         x0, y0, x1, y1 = start[s, 0], start[s, 1], end[s, 0], end[s, 1]

@@ -39,6 +39,18 @@ def product(left: F64, right: F64) -> F64:
     return out
 
 
+def real_product(left: F64, right: C128) -> C128:
+    """Return left @ right, of a real (m, k) and a complex (…, k, n).
+
+    >>> real_product(np.array([[2.0]]), np.array([[1.0 + 1j]])).tolist()
+    [[(2+2j)]]
+    """
+    parts = np.ascontiguousarray(right).view(np.float64)
+    if parts.ndim == 2:
+        return product(left, parts).view(np.complex128)
+    return np.stack([real_product(left, one) for one in right])
+
+
 def complex_product(left: C128, right: Complex) -> C128:
     """Return left @ right, of complex (m, k) and (k, n), as two real products.
 

@@ -68,64 +68,43 @@ class TransferTable:
         ends = self.first_rad + (np.pi / self.panels) * (np.arange(self.panels) + np.array([[0.0], [1.0]]))
         return float((self.border[:, 0] * np.cos(ends) + self.border[:, 1] * np.sin(ends)).min())
 
-    def in_panels(self, frequency_per_um: F64, each: int) -> F64 | C128:
-        """Return transfers (j, n, panels, each + 3) in evenly spaced directions from a step before each panel.
-
-        frequency_per_um : (n,) values of ρ/λN, with ρ measured by ``border`` in each direction
-        """
-        if each not in self._cache:
-            count = self.values.shape[2] // self.panels
-            place = np.arange(-1.0, each + 2.0) / each
-            one = interpolation(chebyshev(count), 2.0 * place - 1.0)
-            values = self.values.reshape(-1, count)
-            across = np.ascontiguousarray(one.T)
-            spread: F64 | C128 = product(np.ascontiguousarray(values.real), across)
-            if values.imag.any():
-                spread = spread + 1j * product(np.ascontiguousarray(values.imag), across)
-            self._cache[each] = _parts(spread.reshape(*self.values.shape[:2], -1))
-        found = self._at_radii(frequency_per_um, self._cache[each], self.panels * (each + 3))
-        return found.reshape(*found.shape[:2], self.panels, each + 3)
-
-    def along(self, frequency_per_um: F64, directions: int, angle_rad: float = 0.0) -> F64 | C128:
-        """Return transfers (j, n, directions) at radial frequencies (n,), in evenly spaced directions from an angle on.
-
-        directions : over half a turn, as many as the table's or more
-        """
-        return self._at_radii(frequency_per_um, self._turned(directions, angle_rad), directions)
-
-    def _at_radii(self, frequency_per_um: F64, turned: list[tuple[F64, F64 | None]], directions: int) -> F64 | C128:
-        kind = float if all(imaginary is None for _, imaginary in turned) else complex
-        out = np.zeros((len(self.values), frequency_per_um.size, directions), kind)
-        for one, (real, imaginary), blur in zip(out, turned, self.blur_um, strict=True):
+    def at(self, frequency_per_um: F64) -> F64 | C128:
+        """Return transfers (j, n, directions) in the table's own directions, at (n,) values of ρ/λN."""
+        known = np.ascontiguousarray(self._plain).view(np.float64)
+        out = np.zeros((len(known), frequency_per_um.size, known.shape[2]))
+        for one, values, blur in zip(out, known, self.blur_um, strict=True):
             rho = frequency_per_um * (blur / self.outer)
             within = rho < 1.0
-            matrix = radial_matrix(len(real), rho[within], self.breaks)
-            one.real[within] = product(matrix, real)
-            if imaginary is not None:
-                one.imag[within] = product(matrix, imaginary)
-        return out
-
-    def _turned(self, directions: int, angle_rad: float) -> list[tuple[F64, F64 | None]]:
-        """Return real and imaginary parts of the table in other directions, cached; None: the transfer is real."""
-        key = directions, angle_rad
-        if key not in self._cache:
-            values = self.values
-            if values.shape[2] > 1 and (values.shape[2] != directions or angle_rad):
-                values = _finer(values, directions, angle_rad)
-            values = np.broadcast_to(values, (*values.shape[:2], directions))
-            self._cache[key] = _parts(values)
-        return self._cache[key]
+            one[within] = product(radial_matrix(len(values), rho[within], self.breaks), values)
+        found: F64 | C128 = out.view(self._plain.dtype)
+        return found
 
     @cached_property
-    def _cache(self) -> dict[tuple[int, float] | int, list[tuple[F64, F64 | None]]]:
-        return {}
+    def _plain(self) -> F64 | C128:
+        """The values, without imaginary parts if they are all 0."""
+        return self.values if self.values.imag.any() else self.values.real
+
+    def in_panels(self, found: F64 | C128, each: int) -> F64 | C128:
+        """Return transfers (…, panels, each + 3) in evenly spaced directions from a step before each panel.
+
+        found : (…, directions) transfers of ``at``, or sums of them
+        """
+        count = found.shape[-1] // self.panels
+        across = np.ascontiguousarray(interpolation(chebyshev(count), 2.0 * np.arange(-1.0, each + 2.0) / each - 1.0).T)
+        values = found.reshape(-1, count)
+        spread: F64 | C128 = product(np.ascontiguousarray(values.real), across)
+        if np.iscomplexobj(values):
+            spread = spread + 1j * product(np.ascontiguousarray(values.imag), across)
+        return spread.reshape(*found.shape[:-1], self.panels, each + 3)
 
 
-def _parts(values: F64 | C128) -> list[tuple[F64, F64 | None]]:
-    """Return real and imaginary parts at each wavelength; None: the transfer is real."""
-    return [
-        (np.ascontiguousarray(one.real), np.ascontiguousarray(one.imag) if one.imag.any() else None) for one in values
-    ]
+def in_directions(found: F64 | C128, directions: int, angle_rad: float) -> F64 | C128:
+    """Return transfers (…, directions) in evenly spaced directions over half a turn from an angle on.
+
+    found : (…, n) transfers in n evenly spaced directions from 0 on, or sums of them; n ≤ ``directions``
+    """
+    finer = _finer(found, directions, angle_rad)
+    return finer if np.iscomplexobj(found) else finer.real
 
 
 def radial_places(count: int, breaks: tuple[float, ...] = (0.0, 1.0)) -> F64:
@@ -146,21 +125,21 @@ def radial_matrix(total: int, rho: F64, breaks: tuple[float, ...] = (0.0, 1.0)) 
     return out
 
 
-def _finer(values: C128, directions: int, angle_rad: float) -> C128:
+def _finer(values: F64 | C128, directions: int, angle_rad: float) -> C128:
     """Return the table in other evenly spaced directions over half a turn: T(ρ, θ + π) is the conjugate."""
-    whole = np.concatenate([values, values.conj()], axis=2)
-    count = whole.shape[2]
-    waves = np.fft.fft(whole, axis=2) / count
+    whole = np.concatenate([values, values.conj()], axis=-1)
+    count = whole.shape[-1]
+    waves = np.fft.fft(whole, axis=-1) / count
     order = np.fft.fftfreq(count, 1.0 / count)
     waves = waves * np.exp(1j * order * angle_rad)
-    wide = np.zeros((*values.shape[:2], 2 * directions), complex)
+    wide = np.zeros((*values.shape[:-1], 2 * directions), complex)
     half = min(count, 2 * directions) // 2
     wide[..., :half] = waves[..., :half]
     wide[..., -half:] = waves[..., -half:]
     if half == count // 2 and 2 * directions > count:  # split the Nyquist term between both signs
         wide[..., half] = 0.5 * waves[..., half]
         wide[..., -half] *= 0.5
-    turned: C128 = np.fft.ifft(wide, axis=2)[..., :directions] * (2 * directions)
+    turned: C128 = np.fft.ifft(wide, axis=-1)[..., :directions] * (2 * directions)
     return turned
 
 

@@ -41,7 +41,7 @@ FINEST = 1e-8  # tolerance offered behind such lenses; nobody takes a finer one
 FEWEST, MOST, OF_IMAGE, SECONDS = 2, 4, 0.1, 0.2  # photosites checked, by the image's seconds; and seconds of each
 MIDDLE = 0.01, 0.99  # quantiles of the light between which a wavefront's phase sets the number of nodes
 DIGITS, DIGITS_POWER, NODES_OF_WAVE = 0.65, 1.6, 2.0  # rule for the number of wavelengths
-OF_CHECK = 0.5  # tolerance of the check over that of the image
+OF_CHECK = 0.7  # tolerance of the check over that of the image
 PLACES = 5  # along either side of the window, at which the lens's spot is computed
 
 
@@ -236,8 +236,13 @@ class FieldCheck:
             return values
         fields = plan.fields and dataclasses.replace(plan.fields, tolerance=OF_CHECK * plan.fields.tolerance)
         job = plan.job.to(OF_CHECK * plan.job.tolerance)
-        image = planned(VaryingPlan, job=job, fields=fields, lens=plan.lens, settings=plan.settings).image
-        if isinstance(image, VaryingImage):
+        image = dataclasses.replace(plan, job=job, fields=fields).image
+        if isinstance(image, VaryingImage) and isinstance(plan.image, VaryingImage):
+            sources = [
+                (source, weights, dataclasses.replace(lens, allowed=OF_CHECK * lens.allowed))
+                for source, weights, lens in plan.image.sources
+            ]
+            image = dataclasses.replace(image, sources=sources)
             values += in_channels(image.at(job.grid.first_centre, rows, cols), sets)
         return values
 

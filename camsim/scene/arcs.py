@@ -90,7 +90,8 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
     away = fine.away if fine.away is not None and fine.away.reached_by(curves) else None
     of_far = 0.0 if away is None else FAR_PART * fine.allowed / away.much_of(curves)
 
-    def close(some: _Stretches, pairs: Arcs) -> np.ndarray:
+    def close(some: _Stretches, pairs: Arcs) -> tuple[np.ndarray, np.ndarray]:
+        """Return which biarcs are good, and which would be but for their area."""
         off, bend, length, gained = _fit(some, pairs)
         rounding = ROUNDING * extent[some.owner]
         good = (
@@ -100,33 +101,42 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         )
         if cut:
             good &= off * length <= OF_CUT * fine.allowed * fine.longest**2
+        fits = good & (bend <= MOST_BEND)
         good &= gained <= np.maximum(0.25 * fine.allowed * fine.longest**2 * (some.t1 - some.t0), rounding * length)
         # Total absolute area between them.
         good |= off <= 0.5 * fine.allowed * fine.longest
         if away is not None:
             enough = away.enough(some.begin, some.finish, of_far)
             good |= (enough > 0.0) & (off <= np.maximum(enough, rounding))
-        known = np.maximum(TOO_FLAT * fine.allowed * fine.longest, 4.0 * rounding)
         straight = ~pairs.bend_rad.any(axis=1)
+        good |= straight & flat(some) & (off <= STRAIGHT * fine.allowed * fine.longest)
+        good &= ROUNDING * _radius(pairs) <= known(some)
+        return good & (bend <= MOST_BEND), fits
+
+    def known(some: _Stretches) -> F64:
+        """Return the accuracy that rounding must leave."""
+        least: F64 = np.maximum(TOO_FLAT * fine.allowed * fine.longest, 4.0 * ROUNDING * extent[some.owner])
+        return least
+
+    def flat(some: _Stretches) -> np.ndarray:
+        """Return which stretches turn so little that the radius of an arc is too large for that."""
         turn = np.abs(np.angle(some.into * some.out.conj()))
-        flat = ROUNDING * length > known * turn
-        good |= straight & flat & (off <= STRAIGHT * fine.allowed * fine.longest)
-        good &= ROUNDING * _radius(pairs) <= known
-        return good & (bend <= MOST_BEND)
+        return np.asarray(ROUNDING * np.abs(some.finish - some.begin) > known(some) * turn)
 
     done: list[tuple[Any, ...]] = []
     for turn in range(HALVINGS):
         stretches = _stretches(curves, owner, t0, t1)
         pairs = _pairs(stretches, np.ones(len(owner)))
-        good = close(stretches, pairs)
-        # Biarcs with a wrong area get another joint; nearly straight parts become lines.
-        for others_of in (_of_one_area, _lines):
-            poor = np.flatnonzero(~good)
+        good, fits = close(stretches, pairs)
+        # Biarcs with a wrong area get another joint; nearly straight parts and cusps become lines.
+        cusps = _room(stretches) <= least
+        for others_of, poor in ((_of_one_area, fits), (_lines, flat(stretches) | cusps)):
+            poor = np.flatnonzero(poor & ~good)
+            if not poor.size:
+                continue
             some = picked(stretches, poor)
             others = others_of(some)
-            better = close(some, others)
-            if others_of is _lines:
-                better |= _room(some) <= least
+            better = close(some, others)[0] | (cusps[poor] if others_of is _lines else False)
             for column, other in zip(pairs[1:], others[1:], strict=True):
                 column[poor[better]] = other[better]
             good[poor] = better

@@ -12,7 +12,7 @@ import camsim
 from camsim.numerics.zernike import orders, zernike, zernike_sum
 from camsim.optics import OpticalSystem, Pupil, Wavefront
 from camsim.optics.airy import airy_otf
-from camsim.optics.transfer_table import transfer_table
+from camsim.optics.transfer_table import in_directions, transfer_table
 from camsim.rendering.render import render_channels
 from tests.truth import pupils, rays
 
@@ -328,7 +328,7 @@ def test_a_table_is_right_in_every_direction(zernike_waves):
     share = np.linspace(0.02, 0.98, 61)
     per_um = share / (1e-3 * 587.0 * 6.9)
     for angle in (0.0, 0.13, 0.39):
-        found = table.along(per_um, 256, angle)[0, :, ::64]
+        found = in_directions(table.at(per_um), 256, angle)[0, :, ::64]
         for k, turned in enumerate(angle + np.pi * np.arange(4) / 4):
             right = lens.otf(per_um * np.cos(turned), per_um * np.sin(turned), 587.0)
             assert np.abs(found[:, k] - right).max() <= 2.0 * allowed

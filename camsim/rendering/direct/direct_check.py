@@ -26,8 +26,9 @@ from camsim.rendering.spectral import carrying
 from camsim.scene import Scene
 from camsim.scene.arcs import Fineness
 
-OF_TOLERANCE = 0.2  # error of the check over the tolerance
-OF_RINGS, OF_TABLE, OF_PANELS, OF_CURVES = 0.4, 0.3, 0.05, 0.1  # shares of that
+OF_TOLERANCE = 0.5  # error of the check over the tolerance
+OF_RINGS, OF_TABLE, OF_PANELS, OF_FIELDS = 0.4, 0.3, 0.05, 0.25  # shares of that
+OF_CURVES = 1.0  # over that: the bound on the light between a curve and its arcs, which is ten times the light
 OF_POINT = 20.0  # times a point's area: error of its light over that of an edge's, from the same rows
 MOST_NODES = 24  # of a panel
 NODES_A_WAVE, FAR_NODES = 3.0, 6.0  # nodes of a piece: per period nearby, and at least
@@ -56,7 +57,7 @@ class DirectCheck:
     @cached_property
     def _fields(self) -> Fields:
         """Pictures, gradients and points."""
-        return Fields(self.scene, self.job.grid.pitch_um, self._highest, OF_CURVES * self.allowed)
+        return Fields(self.scene, self.job.grid.pitch_um, self._highest, OF_FIELDS * self.allowed)
 
     @cached_property
     def _seen(self) -> tuple[Pieces, F64, F64, F64]:

@@ -7,21 +7,19 @@ rules, where a cell lies between a picture's knots; a cell that an outline cuts 
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-import scipy
 
 from camsim.core.arrays import F64, I64, distinct, picked
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.cut_cells import cell_states, cut_nodes
-from camsim.numerics.picture_splines import coefficients_of
+from camsim.numerics.picture_splines import coefficients_of, values_of
 from camsim.numerics.quadrature import GOLDEN, gauss_legendre, gauss_order, gauss_pieces
 from camsim.rendering.direct.painter import covered
 from camsim.rendering.direct.photosites import over_nodes, over_samples
@@ -38,9 +36,11 @@ from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
 MOST_PHASE = 250.0  # of a spline with which the PSF is convolved: about the number of harmonics
-CELL = 4.0  # largest side of a gradient's cell, in periods of the lens's highest frequency
+CELL, TURNS = 8.0, 2.0  # largest side of a gradient's cell: periods of the lens's highest frequency, and its own cycles
 FAR_NODES, MOST_NODES = 4, 120  # along a side of a cell: of far ones, and at most
-OF_TAIL = 20.0  # relative error of a rule over the tail: at most this, times (half a cell over twice r) to its degree
+# Relative error of a rule over the tail: at most this, times (half a cell over twice r) to its degree, of which a spline
+# takes its own; of cells that an outline cuts, and by the degree of the splines in all others.
+OF_CUT_TAIL, OF_TAIL = 20.0, {0: 20.0, 1: 4.0, 3: 0.06}
 MOST_TURN = 0.1  # radians of a chord: the bound on its error is of small angles
 NODES_A_WAVE = 2.5  # along a side of a cell
 
@@ -61,7 +61,7 @@ class Seen:
 
     shape    : rows and columns of cells;  corner: corner of the first cell;  sides: (2, 2) vectors of its sides
     cut      : outlines (start, end) of the visible part, in cells; None: all is visible
-    values   : function of places (n, 2) in cells that returns (planes, n)
+    values   : function of places (n, 2) in cells, and of a picture's coefficients that count, that returns (planes, n)
     coefficients : (planes, rows, cols) of a picture's splines: cell (r, c) uses those from (r, c) on
     degree   : degree of these splines
     cycles   : largest number of a gradient's cycles per cell, for each cell (rows, cols)
@@ -71,7 +71,7 @@ class Seen:
     corner: F64
     sides: F64
     cut: tuple[F64, F64] | None
-    values: Callable[[F64], F64]
+    values: Callable[[F64, np.ndarray | None], F64]
     coefficients: F64 | None = None
     degree: int = 0
     cycles: F64 | float = 0.0
@@ -87,9 +87,9 @@ class Seen:
         rows, cols = self.shape
         if self.cut is None:
             return np.ones((rows, cols), bool), np.zeros((rows, cols), bool)
-        flips, is_cut = np.zeros((rows, cols + 1), np.int64), np.zeros((rows, cols), bool)
+        flips, is_cut = np.zeros((rows, cols + 1), np.uint8), np.zeros((rows, cols), bool)
         cell_states(*self.cut, flips, is_cut)
-        whole: np.ndarray = (np.cumsum(flips, axis=1)[:, :-1] % 2 == 1) & ~is_cut
+        whole: np.ndarray = (np.cumsum(flips[:, :-1], axis=1, dtype=np.uint8) % 2 == 1) & ~is_cut
         return whole, is_cut
 
     def whole_samples(self) -> np.ndarray:
@@ -104,8 +104,8 @@ class Seen:
             wanted &= _any(others, self.degree + 1)
         return np.argwhere(wanted)
 
-    def nodes(self, cells: I64, order: int) -> tuple[I64, F64, F64]:
-        """Return where each cell's nodes begin (n + 1,), their places (m, 2) and their light (m, planes)."""
+    def nodes(self, cells: I64, others: np.ndarray | None, order: int) -> tuple[I64, F64, F64]:
+        """Return where each cell's nodes begin (n + 1,), their places (m, 2) and their light (planes, m)."""
         x, w = gauss_legendre(order)
         grid = 0.5 * (1.0 + np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2))
         weight = 0.25 * np.outer(w, w).ravel()
@@ -122,8 +122,8 @@ class Seen:
         weights[here] = np.tile(weight, int(np.count_nonzero(~is_cut)))
         t[~here], weights[~here] = of_cut[:, :2], of_cut[:, 2]
         places = t + item[:, ::-1]
-        light = self.values(places) * (weights * self.step**2)
-        return begin, self.corner + np.einsum("na,ax->nx", places, self.sides), np.ascontiguousarray(light.T)
+        light = self.values(places, others) * (weights * self.step**2)
+        return begin, self.corner + np.einsum("na,ax->nx", places, self.sides), light
 
 
 class Fields:
@@ -216,7 +216,7 @@ class Fields:
         outline = self._outline(number)
         axes, middle = turned(np.eye(2), shape.rotate_deg), np.array(shape.centre_um) / self.pitch_um
         if isinstance(shape, Gradient):
-            side = 1.0 / max(self.highest / CELL, float(shape.cycles_per_um()) * self.pitch_um)
+            side = 1.0 / max(self.highest / CELL, float(shape.cycles_per_um()) * self.pitch_um / TURNS)
             cols, rows = (2 * math.ceil(half / self.pitch_um / side) for half in shape.half_um)
         else:
             side, (rows, cols) = shape.step_um / self.pitch_um, shape.shape
@@ -230,7 +230,7 @@ class Fields:
         place = functools.partial(Seen, shape=(rows, cols), corner=corner, sides=side * axes, cut=cut)
         if isinstance(shape, Gradient):
 
-            def of_gradient(places: F64) -> F64:
+            def of_gradient(places: F64, _: np.ndarray | None) -> F64:
                 x, y = (places - 0.5 * np.array([cols, rows])).T * (side * self.pitch_um)
                 return shape.planes_at(x, y)
 
@@ -239,7 +239,7 @@ class Fields:
             return place(values=of_gradient, cycles=shape.cycles_per_um(nearest_um) * (side * self.pitch_um))
         degree = DEGREES[shape.interpolation]
         coefficients = _coefficients(np.array(shape.planes, np.float64), degree)
-        values = functools.partial(_splines, coefficients, degree)
+        values = functools.partial(values_of, coefficients, degree)
         return place(values=values, coefficients=coefficients, degree=degree)
 
     def light(self, points: F64, channels: int, tabled: Tabled) -> F64:
@@ -252,9 +252,9 @@ class Fields:
         if self.points:
             behind = _light(tabled(None), slice(first, None))
             at = np.array([point.centre_um for point in self.points]) / self.pitch_um
-            light = np.zeros((len(at), len(self._colours)))
-            for each, point in zip(light, self.points, strict=True):
-                each[self._colours.index(point.reflectance)] = point.photosites or 0.0
+            light = np.zeros((len(self._colours), len(at)))
+            for k, point in enumerate(self.points):
+                light[self._colours.index(point.reflectance), k] = point.photosites or 0.0
             begins = np.arange(len(at))[:, None, None] + np.array([[0, 1], [0, 1]])
             shared(len(points), functools.partial(over_nodes, points, at, 0.0, Nodes(begins, at, light), *behind, out))
         return out
@@ -302,14 +302,11 @@ class Fields:
                 whole = seen.whole_samples()
                 behind = _light(tabled(spline), planes, seen.step**2)
                 centre = seen.corner + (0.5 - 0.5 * seen.degree) * seen.sides.sum(axis=0)  # of the first spline
-                values = seen.coefficients.reshape(len(seen.coefficients), -1).T
-                of_whole = points, values, whole, np.stack([centre, *seen.sides])
+                of_whole = points, seen.coefficients, whole, np.stack([centre, *seen.sides])
                 shared(len(points), functools.partial(over_samples, *of_whole, *behind, out))
             others = ~whole
             if whole.all():
                 return
-            of_others = functools.partial(_splines, seen.coefficients * others, seen.degree)
-            seen = dataclasses.replace(seen, values=of_others)
         cells = seen.cells(others)
         if not len(cells):
             return
@@ -325,18 +322,20 @@ class Fields:
         # The coarse cells send at most the light beyond the table's end.
         far = np.einsum("pcq,q->pc", np.abs(behind.weights), np.abs(behind.table.powers[0, :, 0]))
         beyond = max(2.0 * math.pi * float(far.max()) / behind.table.until, self.allowed)
-        share, least = max(self.allowed / beyond, 1e-12), 2
-        while least < FAR_NODES and OF_TAIL * (0.25 * seen.step / reach) ** (2 * least - seen.degree) > share:
-            least += 1
+        share = max(self.allowed / beyond, 1e-12)
+        error = (0.25 * seen.step / reach) ** (2.0 * np.arange(2, FAR_NODES) - seen.degree)
+        fewest, of_cut = (2 + int(np.sum(times * error > share)) for times in (OF_TAIL[seen.degree], OF_CUT_TAIL))
+        least = np.where(seen.states[1][cells[:, 0], cells[:, 1]], of_cut, fewest)
         coarse = np.maximum(gauss_pieces(math.pi * turns, share, MOST_NODES)[1], least)
         orders = [(1, order, coarse == order) for order in distinct(coarse).tolist()]
-        begins, first, found = np.zeros((len(cells), 2, 2), np.int64), 0, []
+        begins, first, places, found = np.zeros((len(cells), 2, 2), np.int64), 0, [], []
         for which, order, some in [(0, fine, near), *orders]:
-            begin, at, light = seen.nodes(cells[some], order)
+            begin, at, light = seen.nodes(cells[some], others, order)
             begins[some, which] = first + np.stack([begin[:-1], begin[1:]], axis=1)
             first += len(at)
-            found.append((at, light))
-        nodes = Nodes(begins, *(np.concatenate(part) for part in zip(*found, strict=True)))
+            places.append(at)
+            found.append(light)
+        nodes = Nodes(begins, np.concatenate(places), np.concatenate(found, axis=1))
         shared(len(points), functools.partial(over_nodes, points, centres, reach, nodes, *behind, out))
 
 
@@ -356,11 +355,4 @@ def _coefficients(planes: F64, degree: int) -> F64:
     if degree == 3:
         planes = coefficients_of(planes)
     more = (degree + 1) // 2
-    return np.ascontiguousarray(np.pad(planes, ((0, 0), (more, more), (more, more)), mode="symmetric"))
-
-
-def _splines(coefficients: F64, degree: int, places: F64) -> F64:
-    """Return the values (planes, n) of splines, with coefficients as in ``Seen``, at places (n, 2) in cells."""
-    how: dict[str, Any] = {"order": degree, "prefilter": False, "mode": "nearest"}
-    at = places.T[::-1] + 0.5 * (degree - 1.0)
-    return np.stack([scipy.ndimage.map_coordinates(plane, at, **how) for plane in coefficients])
+    return np.pad(planes, ((0, 0), (more, more), (more, more)), mode="symmetric")

@@ -199,7 +199,7 @@ def _whole(t: Table, x: float, y: float, out: F64) -> None:
 
 @kernel(forceinline=True)
 def _add_light(t: Table, x: float, y: float, values: F64, k: int, light: F64, total: F64, tails: F64) -> None:
-    """Add the PSF at a place relative to the photosite, times values (n, planes) of number k.
+    """Add the PSF at a place relative to the photosite, times values (planes, n) of number k.
 
     A near place adds to ``total`` (planes, kinds); a far one, to ``tails`` (harmonics, POWERS, planes), sums of the
     tail's powers of 1/r, which do not depend on the kind of light.
@@ -209,7 +209,7 @@ def _add_light(t: Table, x: float, y: float, values: F64, k: int, light: F64, to
         _near(t.light, t, r, x / r if r > 0.0 else 1.0, y / r if r > 0.0 else 0.0, light)
         for plane in range(len(total)):
             for q in range(t.kinds):
-                total[plane, q] += values[k, plane] * light[q]
+                total[plane, q] += values[plane, k] * light[q]
         return
     one = 1.0 / r
     step_c, step_s, c, s = 1.0, 0.0, 1.0, 0.0
@@ -222,7 +222,7 @@ def _add_light(t: Table, x: float, y: float, values: F64, k: int, light: F64, to
                 if r > t.reach[p]:
                     break
                 for plane in range(len(total)):
-                    tails[n + side * t.cosines, p, plane] += values[k, plane] * power
+                    tails[n + side * t.cosines, p, plane] += values[plane, k] * power
                 power *= one
         c, s = c * step_c - s * step_s, c * step_s + s * step_c
 
@@ -240,26 +240,58 @@ def _weighed(t: Table, weights: F64, total: F64, tails: F64, out: F64) -> None:
                 out[c] += weights[plane, c, q] * light
 
 
-@kernel(allocates=True)
+@kernel(allocates=True, error_model="numpy")
 def over_samples(
     points: F64, values: F64, some: np.ndarray, lattice: F64, t: Table, weights: F64, out: F64, begin: int, end: int
 ) -> None:
-    """Add the light of a picture's samples (n, planes), of those in the mask ``some``, to photosites.
+    """Add the light of a picture's samples (planes, rows, cols), of those in the mask ``some``, to photosites.
 
     lattice : (3, 2) place of the first sample, and steps along rows and down columns
     """
     rows, cols = some.shape
     light, total = np.empty(t.kinds), np.empty((len(weights), t.kinds))
-    tails = np.empty((len(t.powers), POWERS, len(weights)))
+    tails, far = np.empty((len(t.powers), POWERS, len(weights))), np.empty(cols)
+    plain = max(t.until, t.reach[1]) if t.far == 1 else math.inf  # from there on the tail is its first power
+    dx, dy = lattice[1]
     for p in range(begin, end):
         total[:], tails[:] = 0.0, 0.0
         for r in range(rows):
             x0, y0 = lattice[0, 0] + r * lattice[2, 0] - points[p, 0], lattice[0, 1] + r * lattice[2, 1] - points[p, 1]
+            first, last = _within(x0, y0, dx, dy, plain, cols)
             for c in range(cols):
+                x, y = x0 + c * dx, y0 + c * dy
+                square = x * x + y * y
+                far[c] = 1.0 / (square * math.sqrt(square)) if some[r, c] and not first <= c < last else 0.0
+            for plane in range(len(weights)):
+                tails[0, 0, plane] += _dot(far, values[plane, r])
+            for c in range(first, last):
                 if some[r, c]:
-                    x, y = x0 + c * lattice[1, 0], y0 + c * lattice[1, 1]
-                    _add_light(t, x, y, values, r * cols + c, light, total, tails)
+                    _add_light(t, x0 + c * dx, y0 + c * dy, values[:, r], c, light, total, tails)
         _weighed(t, weights, total, tails, out[p])
+
+
+@kernel()
+def _within(x: float, y: float, dx: float, dy: float, radius: float, count: int) -> tuple[int, int]:
+    """Return the first of ``count`` places along a row within a radius, or one nearby, and the one past the last."""
+    square = dx * dx + dy * dy
+    middle, away = -(x * dx + y * dy) / square, x * dy - y * dx
+    half = math.sqrt(max(radius * radius - away * away / square, 0.0) / square) + 1.0
+    return int(min(max(middle - half, 0.0), count)), int(min(max(middle + half + 1.0, 0.0), count))
+
+
+@kernel()
+def _dot(a: F64, b: F64) -> float:
+    """Return Σ a·b in four sums, as each step of one waits for the one before."""
+    s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+    most = len(a) // 4 * 4
+    for k in range(0, most, 4):
+        s0 += a[k] * b[k]
+        s1 += a[k + 1] * b[k + 1]
+        s2 += a[k + 2] * b[k + 2]
+        s3 += a[k + 3] * b[k + 3]
+    for k in range(most, len(a)):
+        s0 += a[k] * b[k]
+    return (s0 + s1) + (s2 + s3)
 
 
 @kernel(allocates=True)

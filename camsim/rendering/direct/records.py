@@ -90,7 +90,7 @@ class Table(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Places (n, 2) with light (n, planes); begins: (cells, 2, 2) where a cell's fine and coarse ones begin and end."""
+    """Places (n, 2) with light (planes, n); begins: (cells, 2, 2) where a cell's fine and coarse ones begin and end."""
 
     begins: I64
     at: F64

@@ -21,7 +21,7 @@ import scipy
 from camsim.core.arrays import C128, F64, I64, Floats, distinct
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
-from camsim.numerics.matrix_products import product
+from camsim.numerics.matrix_products import product, real_product
 from camsim.numerics.quadrature import chebyshev, interpolation
 from camsim.optics import OpticalSystem
 from camsim.optics.airy import Airy
@@ -40,7 +40,7 @@ FAR_NODES = *NODES, 10, 12, 16  # along a side of the whole frame, for low frequ
 TRIED = np.array([[-0.83, 0.41], [0.37, -0.71], [0.92, 0.88], [-0.15, 0.07]])  # test points of a part, −1 … 1
 LOOKED_AT = 48  # radial frequencies at which transfers are compared
 BANDS = 4, 8, 14, 21, 28, 36, 48  # ends of frequency bands among these, each with its number of mixtures
-POINTS, OF_RADII, FAR_POINTS = 320, 5, 96  # along a table's radius: at least; per radius of the rule; of coarse levels
+POINTS, OF_RADII, FAR_POINTS = 320, 5, 32  # along a table's radius: at least; per radius of the rule; of coarse levels
 TABLE_DIRECTIONS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
 OF_RULE, OF_PLACES, OF_MIXTURES, OF_BAND, OF_DIRECTIONS = 1.0, 2.0, 1.0, 0.4, 0.6  # shares of the allowed error
 CUBIC = 0.0234  # error of cubic interpolation, over the fourth power of a harmonic's phase step
@@ -154,7 +154,7 @@ class VaryingLens:
             known = part.at(_grid(count))
             between = [np.outer(_weights(count, y), _weights(count, x)).ravel() for x, y in TRIED[:, :, None]]
             displayed = part.displayed(known)
-            off = np.einsum("tp,p...->t...", np.stack(between), displayed, optimize=True) - tried
+            off = real_product(np.stack(between), displayed.reshape(len(displayed), -1)).reshape(tried.shape) - tried
             if part.seen(off).max() <= OF_PLACES * self.allowed:
                 return part.mixed(known, displayed, count)
         return None
@@ -225,7 +225,7 @@ class _Part:
         """Return transfers (places, channels, kinds, n, directions) at the frequencies that are compared."""
         out = np.zeros((len(harmonics), *self.weights.shape[1::-1], LOOKED_AT, harmonics.shape[3]), complex)
         for j, matrix in enumerate(self._looked_at):
-            item = _times(matrix, harmonics[:, j])
+            item = real_product(matrix, harmonics[:, j])
             out += self.weights.T[j, None, :, :, None, None] * item[:, None, None]
         displayed: C128 = scipy.fft.ifft(out, axis=-1)[..., : self.rule.directions] * (2 * self.rule.directions)
         return displayed
@@ -248,10 +248,10 @@ class _Part:
         for k, (begin, end) in reversed([*enumerate(pairwise((0, *BANDS)))]):
             band, edge = flat[..., begin:end, :], self._edge[begin:end]
             rest = np.ascontiguousarray(band).reshape(len(flat), -1)
-            rest = rest - _times(vectors, _times(np.ascontiguousarray(vectors.T), rest))
+            rest = rest - real_product(vectors, real_product(np.ascontiguousarray(vectors.T), rest))
             strength = (rest.reshape(band.shape) * np.sqrt(edge)).reshape(len(flat), -1).view(np.float64)
             fresh = np.linalg.eigh(product(strength, strength.T))[1][:, ::-1]
-            modes = _times(np.ascontiguousarray(fresh.T), rest).reshape(-1, *band.shape[1:])
+            modes = real_product(np.ascontiguousarray(fresh.T), rest).reshape(-1, *band.shape[1:])
             # The modes that are left out add up with random signs.
             seen = np.einsum("...nd,nd->...d", np.abs(modes), edge).max(axis=-1).sum(axis=-1)
             beyond = np.sqrt(np.cumsum(((seen * fresh) ** 2)[:, ::-1], axis=1)[:, ::-1].max(axis=0))
@@ -260,9 +260,11 @@ class _Part:
             numbers[k] = vectors.shape[1]
         retained = vectors.shape[1]
         item = vectors.reshape(*displayed.shape[:2], retained)
-        taken = np.einsum("pcm,kcj->jmkp", item, self.weights, optimize=True)
+        left = item.swapaxes(1, 2).reshape(-1, self.weights.shape[1])
+        taken = product(left, self.weights.swapaxes(0, 1).reshape(left.shape[1], -1))
+        taken = taken.reshape(-1, retained, len(self.weights), self.weights.shape[2]).transpose(3, 1, 2, 0)
         flat = harmonics.reshape(*harmonics.shape[:2], -1)
-        made = np.stack([_times(taken[j].reshape(-1, len(harmonics)), flat[:, j]) for j in range(len(taken))])
+        made = np.stack([real_product(taken[j].reshape(-1, len(harmonics)), flat[:, j]) for j in range(len(taken))])
         made = np.moveaxis(made.reshape(*taken.shape[:3], *harmonics.shape[2:]), 3, 1)  # radii first
         return Mixtures(
             lens=replace(self.lens),  # without its caches, of which this becomes a part: no garbage of 200 MB
@@ -352,7 +354,7 @@ class Mixtures:
         more = self.lens.system.more
         out = np.zeros((*total.shape[:3], self.table_directions), complex) if more else None
         for item, blur, nm in zip(self.harmonics, self.lens.blurs, self.lens.wavelength_nm.tolist(), strict=True):
-            along = _times(self.rule.between(frequency * blur), item.reshape(len(item), -1)).reshape(-1, *shape)
+            along = real_product(self.rule.between(frequency * blur), item.reshape(len(item), -1)).reshape(-1, *shape)
             if out is None:
                 total += along
                 continue
@@ -380,14 +382,6 @@ class Mixtures:
 def _closed(half: C128) -> C128:
     """Return a table (points, directions, …) over half a turn with one direction more before it and two past it."""
     return np.ascontiguousarray(np.concatenate([half[:, -1:].conj(), half, half[:, :2].conj()], axis=1))
-
-
-def _times(matrix: F64, values: C128) -> C128:
-    """Return a real matrix times complex ones (…, n, m)."""
-    real = np.ascontiguousarray(values).view(np.float64)
-    if real.ndim == 2:
-        return product(matrix, real).view(np.complex128)
-    return np.stack([product(matrix, one) for one in real]).view(np.complex128)
 
 
 def _finer(harmonics: C128, directions: int) -> C128:

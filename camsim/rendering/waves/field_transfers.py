@@ -21,6 +21,7 @@ from camsim.core.arrays import C128, F64, I64
 from camsim.core.kernels import kernel, shared
 from camsim.core.kernels.turning import turned
 from camsim.errors import UnsupportedError
+from camsim.numerics.matrix_products import complex_product, real_product
 from camsim.numerics.quadrature import chebyshev, gauss_rules
 from camsim.numerics.zernike import layout, orders, zernike
 from camsim.optics.placed import PlacedLens
@@ -174,7 +175,7 @@ class Rule:
             rho, angle = self.outer * radial_places(count), np.repeat(TRIED_DIRECTIONS, count)
             values = self.at(fronts, np.tile(rho, 2), angle).reshape(2, count, -1)
             series = np.cos(np.arange(count)[:, None] * np.arccos(chebyshev(count))) * (2.0 / count)
-            size = np.abs(np.einsum("rn,dnp->drp", series, values, optimize=True)).max(axis=(0, 2))
+            size = np.abs(real_product(series, values)).max(axis=(0, 2))
             if (fits := _fewest(size, RADII, allowed)) is not None:
                 return fits
         raise UnsupportedError("its wavefronts turn too often along the pupil's radius", key="lens")
@@ -196,7 +197,7 @@ class Rule:
             if (fits := _fewest(size, DIRECTIONS, 0.5 * allowed)) is not None:
                 retained = np.abs(order) < fits
                 turned = np.exp(1j * np.outer(BETWEEN, order[retained]))
-                found = np.einsum("am,rmp->rap", turned, waves[:, retained], optimize=True).reshape(right.shape)
+                found = np.concatenate([complex_product(turned, one) for one in waves[:, retained]])
                 if np.abs(found - right).max() <= allowed:
                     return fits
         raise UnsupportedError("its wavefronts turn too often around the pupil", key="lens")

@@ -19,12 +19,12 @@ from camsim.optics import OpticalSystem
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Round, Separable
-from camsim.optics.transfer_table import NO_BORDER, TransferTable, transfer_table
+from camsim.optics.transfer_table import NO_BORDER, TransferTable, in_directions, transfer_table
 from camsim.rendering.modes import spanning
 from camsim.rendering.waves.levels import Lattice, Level
 
 FEWEST_POINTS, MOST_POINTS = 2048, 1 << 20
-POLAR_POINTS = 128  # smallest number along the radius: aberrations give a coarse level's transfer phase as well
+POLAR_POINTS = 32  # smallest number along the radius
 MOST_POLAR, MOST_STEPS, FEW_RADII = 2048, 1000, 24  # largest radial points and directions of a table; radii for tests
 OF_RADII = 6.0  # points per radius of the transfer table, for cubic interpolation at 1e-5
 ASKED = 180  # directions in which a lens without a table is sampled; one degree resolves an aspect ratio of 16
@@ -84,43 +84,41 @@ class Lens:
         table = self._table
         radii, directions = table.values.shape[1:]
         each = min(max(OF_RADII * (1e-5 / self.allowed) ** 0.25, 3.0), 24.0)
-        points = max(POLAR_POINTS, min(math.ceil(each * radii), MOST_POLAR)) if level.takes is None else POLAR_POINTS
+        share = level.cut / self.pitch_um * float(table.blur_um.min()) / table.outer
+        points = max(POLAR_POINTS, min(math.ceil(each * radii * share), MOST_POLAR))
         there, panels = np.full(points + 1, weights.shape[1]), (0.0, 0.0, 1, NO_BORDER)
         stretched, turn, steps = level.cut, -0.5 * math.pi, self._steps
         if table.panels:
             border = np.concatenate([table.border, -table.border[:1]])
             stretched *= float(np.hypot(*table.border.T).max())
             panels = table.first_rad, table.panels / math.pi, steps, border
-        per_um = np.linspace(0.0, stretched / self.pitch_um, points + 1)
+        found = table.at(np.linspace(0.0, stretched / self.pitch_um, points + 1))
+        parts = found.view(np.float64).reshape(len(found), -1)
+        mixed = product(weights.reshape(-1, len(found)), parts).view(found.dtype)
+        mixed = mixed.reshape(*weights.shape[:2], *found.shape[1:])
         if table.panels:
-            along = table.in_panels(per_um, steps)
-            along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn on it is the conjugate
-            along = along.reshape(*along.shape[:2], -1)
+            mixed = table.in_panels(mixed, steps)
+            mixed = np.concatenate([mixed, mixed[..., :1, :].conj()], axis=-2)  # half a turn on it is the conjugate
+            mixed = mixed.reshape(*mixed.shape[:3], -1)
         elif directions > 1:
             panels = turn, 1.0 / math.pi, steps, NO_BORDER
-            along = table.along(per_um, steps, turn)
-            along = np.concatenate([along[..., -1:].conj(), along, along[..., :2].conj()], axis=2)
-        else:
-            along = table.along(per_um, 1)
-        parts = np.ascontiguousarray(along).view(np.float64).reshape(len(along), -1)
-        mixed = product(weights.reshape(-1, len(along)), parts)
-        mixed = mixed.view(np.complex128) if np.iscomplexobj(along) else mixed
-        polar = np.moveaxis(mixed.reshape(*weights.shape[:2], *along.shape[1:]), (0, 1), (2, 3))
-        return (_plain(polar), there), points / stretched, panels
+            mixed = in_directions(mixed, steps, turn)
+            mixed = np.concatenate([mixed[..., -1:].conj(), mixed, mixed[..., :2].conj()], axis=-1)
+        return (_plain(np.moveaxis(mixed, (0, 1), (2, 3))), there), points / stretched, panels
 
     @cached_property
     def _steps(self) -> int:
         """Steps of direction, in half a turn or in a panel, that cubic interpolation needs at any radius."""
         table = self._table
         directions = table.values.shape[2]
-        few = np.linspace(0.0, table.outer / float(table.blur_um.min()), FEW_RADII + 1)
+        few = table.at(np.linspace(0.0, table.outer / float(table.blur_um.min()), FEW_RADII + 1))
         if table.panels:
             # A step beyond a panel must lie close to its Chebyshev nodes: polynomials grow fast outside of them.
             close = min(max(12, (directions // table.panels // 6) ** 2), MOST_STEPS)
             return _followed(lambda count: table.in_panels(few, count), close, self.allowed)
         if directions == 1:
             return 1
-        return _followed(lambda count: table.along(few, count, -0.5 * math.pi), max(32, directions), self.allowed)
+        return _followed(lambda count: in_directions(few, count, -0.5 * math.pi), max(32, directions), self.allowed)
 
     def size(self, frequency: F64, light: F64) -> F64:
         """Return the largest transfer over all directions at frequencies (n,), cycles/pitch; light: (j,) weights."""
@@ -131,8 +129,7 @@ class Lens:
         """Return transfers (j, n, directions) at radial frequencies (n,), cycles/pitch."""
         per_um = frequency / self.pitch_um
         if self.is_pupil:
-            table = self._table
-            return table.along(per_um * table.nearest, table.values.shape[2])
+            return self._table.at(per_um * self._table.nearest)
         angle = np.pi * np.arange(1 if self.is_round else ASKED) / ASKED
         fx, fy = np.outer(per_um, np.cos(angle)), np.outer(per_um, np.sin(angle))
         return np.stack([np.asarray(self.system.point_otf(fx, fy, nm), complex) for nm in self.wavelength_nm.tolist()])
