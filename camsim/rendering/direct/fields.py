@@ -43,6 +43,7 @@ FAR_NODES, MOST_NODES = 4, 120  # along a side of a cell: of far ones, and at mo
 OF_CUT_TAIL, OF_TAIL = 20.0, {0: 20.0, 1: 4.0, 3: 0.06}
 MOST_TURN = 0.1  # radians of a chord: the bound on its error is of small angles
 NODES_A_WAVE = 2.5  # along a side of a cell
+OF_HIDING = 0.1  # of the allowed error, for outlines that may hide a point near them
 
 
 Tabled: TypeAlias = Callable[[Spline | None], tuple[Table, F64, F64]]
@@ -149,7 +150,8 @@ class Fields:
         points = [(k, one) for k, one in enumerate(self.scene.shapes) if isinstance(one, PointSource)]
         if not points:
             return []
-        shapes, _, _ = shapes_of(self.scene.framed(0.5), self.pitch_um, self._fine)
+        fine = Fineness(1.0 / self.highest, OF_HIDING * self.allowed)
+        shapes, _, _ = shapes_of(self.scene.framed(0.5), self.pitch_um, fine)
         begins = np.cumsum([0, *(len(flattened([shape])) for shape in self.scene.framed(0.5).shapes)])
         at = np.array([one.centre_um for _, one in points]) / self.pitch_um
         hidden = np.zeros(len(points), bool)
@@ -171,10 +173,6 @@ class Fields:
         steps = [shape.step_um / self.pitch_um for _, shape in self.shapes if isinstance(shape, Picture)]
         return max(steps, default=0.0), max((point.photosites or 0.0 for point in self.points), default=0.0)
 
-    @property
-    def _fine(self) -> Fineness:
-        return Fineness(1.0 / self.highest, self.allowed)
-
     def _outline(self, number: int) -> tuple[F64, F64] | None:
         """Return segments (start, end), each (n, 2), that bound a field's visible part, by the painter's rule.
 
@@ -190,7 +188,7 @@ class Fields:
             Curve((400.0, 700.0), ends, name="the picture", outside="hold") for ends in ((0.25, 0.75), (0.75, 0.25))
         )
         covered_by = Scene(background=beyond, shapes=[field.frame(item), *later]).framed(0.5)
-        pieces, spectra = pieces_of(covered_by, self.pitch_um, self._fine)
+        pieces, spectra = pieces_of(covered_by, self.pitch_um, Fineness(1.0 / self.highest, self.allowed))
         which = spectra.index(item) if item in spectra else -1
         mine = (pieces.left == which) | (pieces.right == which)
         o = picked(pieces.outlines, mine)
