@@ -31,6 +31,7 @@ OF_RINGS, OF_TABLE, OF_PANELS, OF_FIELDS = 0.4, 0.3, 0.05, 0.15  # shares of tha
 OF_CURVES = 1.0  # over that: the bound on the light between a curve and its arcs, which is ten times the light
 OF_POINT = 20.0  # times a point's area: error of its light over that of an edge's, from the same rows
 MOST_NODES = 24  # of a panel
+PIECES_AT_ONCE = 128  # fewer, of all photosites, are not worth a thread
 NODES_A_WAVE, FAR_NODES = 3.0, 6.0  # nodes of a piece: per period nearby, and at least
 # Of one core: per node and piece, and for a table per square of its radius in periods.
 NODE_SECONDS, PIECE_SECONDS, ROW_SECONDS = 3e-8, 1e-5, 1e-6
@@ -187,5 +188,5 @@ class DirectCheck:
             np.ascontiguousarray(of_kinds[left] - of_kinds[right]), table,
             (nodes, weights, phases, float(phases[-1] / (math.pi * self._highest))), out,
         )  # fmt: skip
-        shared(len(points), work)
+        shared(len(points), work, least=-(-PIECES_AT_ONCE // len(pieces.left)))
         return out

@@ -94,7 +94,7 @@ def counted_until(
         counted = np.flatnonzero(strength * share > allowed)
         for end in range(len(counted), 0, -AT_ONCE):
             some = counted[max(0, end - AT_ONCE) : end]
-            strength[some] *= _in_step(system, pitch_um, wavelength_nm, contrast, places[some] * longest)
+            strength[some] *= _in_step(system.lens.pattern().breaks, blur, contrast, places[some] * longest)
             if (strength[some] * share[some] > allowed).any():
                 break
     of_lines = _last(distance, strength * share, allowed)
@@ -106,19 +106,21 @@ def counted_until(
     return max(of_lines, of_circles + 2.0) * longest + extent
 
 
-def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contrast: F64, places: F64) -> F64:
-    """Return the largest coherence (n,) of a spectrum's ringing over places (n, m), pitches: 1 if all is in phase."""
-    signals = contrast.reshape(-1, wavelength_nm.size)
+def _in_step(breaks: Sequence[float], blur: F64, contrast: F64, places: F64) -> F64:
+    """Return the largest coherence (n,) of a spectrum's ringing over places (n, m), pitches: 1 if all is in phase.
+
+    breaks : of the transfer, in units of 1/λN;  blur: λN at all wavelengths, pitches
+    """
+    signals = contrast.reshape(-1, blur.size)
     signals = signals[:: max(1, len(signals) // MOST_SIGNALS)]
-    assert isinstance(system.lens, RoundLens)
-    per_pitch = (2.0 * math.pi * pitch_um) / system.blurs_um(wavelength_nm)
+    per_pitch = 2.0 * math.pi / blur
     # Neighbouring wavelengths of almost the same phase are taken together.
     turns = np.floor(per_pitch * (float(places.max(initial=0.0)) / SAME_PHASE))
     first = np.flatnonzero(np.diff(turns, prepend=-1.0))
     signals, per_pitch = np.add.reduceat(signals, first, axis=1), np.add.reduceat(per_pitch, first)
-    per_pitch /= np.diff(first, append=wavelength_nm.size)
+    per_pitch /= np.diff(first, append=blur.size)
     most = np.zeros(places.size)
-    for u in system.lens.pattern().breaks:
+    for u in breaks:
         phases = np.outer(u * per_pitch, places)
         sums = product(signals, np.cos(phases)) ** 2 + product(signals, np.sin(phases)) ** 2
         most = np.maximum(most, np.sqrt(sums.max(axis=0, initial=0.0)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -42,7 +43,8 @@ def hardest_photosites(outlines: Outlines, more: F64, grid: Grid, marks: Marks, 
     more = np.concatenate([more, borders])
     # The end of a part; of an arc a place at most a third of a turn away.
     ends = outlines.at(0.0), outlines.at(np.minimum(1.0, math.tau / 3.0 / np.maximum(outlines.turn_rad, 1e-9)))
-    middles = _middles(outlines, grid), _leaving(outlines, grid)
+    bent = picked(outlines, outlines.turn_rad != 0.0)
+    middles = (_middles(bent, grid), _leaving(bent, grid)) if len(bent.x) else ()
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):
         if len(spots) >= count:
@@ -60,9 +62,8 @@ def hardest_photosites(outlines: Outlines, more: F64, grid: Grid, marks: Marks, 
     return chosen[:, 0], chosen[:, 1]
 
 
-def _middles(o: Outlines, grid: Grid) -> F64:
+def _middles(bent: Outlines, grid: Grid) -> F64:
     """Return the centres (n, 2) of round parts in a frame, where ringing adds up, by decreasing total angle."""
-    bent = picked(o, o.turn_rad != 0.0)
     found, index = kinds_of(np.round(bent.x + 1j * bent.y, 9))
     turn_rad = np.bincount(index, np.abs(bent.turn_rad), found.size)
     places = found.view(np.float64).reshape(-1, 2)
@@ -78,9 +79,8 @@ def _normal(along: F64) -> F64:
     return np.array([-along[1], along[0]]) / length if length else np.array([0.0, 1.0])
 
 
-def _leaving(o: Outlines, grid: Grid) -> F64:
+def _leaving(bent: Outlines, grid: Grid) -> F64:
     """Return where round parts cross the frame's border (n, 2)."""
-    bent = picked(o, o.turn_rad != 0.0)
     low = np.array(grid.first_centre) - 0.5
     high, found = low + np.array([grid.cols, grid.rows]), [np.empty((0, 2))]
     middle, begin, turn = np.stack([bent.x, bent.y], axis=1), bent.from_rad, bent.turn_rad
@@ -97,7 +97,7 @@ def _leaving(o: Outlines, grid: Grid) -> F64:
     return np.concatenate(found)
 
 
-def _hard_points(ends: tuple[F64, F64], middles: tuple[F64, F64], marks: Marks, grid: Grid, turn: int) -> F64:
+def _hard_points(ends: tuple[F64, F64], middles: Sequence[F64], marks: Marks, grid: Grid, turn: int) -> F64:
     """Return four difficult points (4, 2), pitches; turns step through the parts by the golden ratio.
 
     middles : centres of round parts, and where they leave the frame
