@@ -84,27 +84,27 @@ class TransferTable:
         """The values, without imaginary parts if they are all 0."""
         return self.values if self.values.imag.any() else self.values.real
 
-    def in_panels(self, found: F64 | C128, each: int) -> F64 | C128:
+    def in_panels(self, transfers: F64 | C128, each: int) -> F64 | C128:
         """Return transfers (…, panels, each + 3) in evenly spaced directions from a step before each panel.
 
-        found : (…, directions) transfers of ``at``, or sums of them
+        transfers : (…, directions) as of ``at``, or sums of them
         """
-        count = found.shape[-1] // self.panels
+        count = transfers.shape[-1] // self.panels
         across = np.ascontiguousarray(interpolation(chebyshev(count), 2.0 * np.arange(-1.0, each + 2.0) / each - 1.0).T)
-        values = found.reshape(-1, count)
+        values = transfers.reshape(-1, count)
         spread: F64 | C128 = product(np.ascontiguousarray(values.real), across)
         if np.iscomplexobj(values):
             spread = spread + 1j * product(np.ascontiguousarray(values.imag), across)
-        return spread.reshape(*found.shape[:-1], self.panels, each + 3)
+        return spread.reshape(*transfers.shape[:-1], self.panels, each + 3)
 
 
-def in_directions(found: F64 | C128, directions: int, angle_rad: float) -> F64 | C128:
+def in_directions(transfers: F64 | C128, directions: int, angle_rad: float) -> F64 | C128:
     """Return transfers (…, directions) in evenly spaced directions over half a turn from an angle on.
 
-    found : (…, n) transfers in n evenly spaced directions from 0 on, or sums of them; n ≤ ``directions``
+    transfers : (…, n) in n evenly spaced directions from 0 on, or sums of them; n ≤ ``directions``
     """
-    finer = _finer(found, directions, angle_rad)
-    return finer if np.iscomplexobj(found) else finer.real
+    finer = _finer(transfers, directions, angle_rad)
+    return finer if np.iscomplexobj(transfers) else finer.real
 
 
 def radial_places(count: int, breaks: tuple[float, ...] = (0.0, 1.0)) -> F64:

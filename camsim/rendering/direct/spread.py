@@ -35,7 +35,7 @@ FIRST_ZONE, WIDER, ENOUGH = 8.0, 3.0, 1.3  # zones of equal density: first, in p
 FEW_HARMONICS = 3.0  # radians of phase with hardly a harmonic
 ROUNDING = 1e-13  # of signals that are linear combinations of others
 NOTHING = 1e-300  # keeps a quotient of zeros finite
-OF_POWER = 0.1  # error of leaving out a power of 1/r, in units of a table's
+OF_POWER, OF_DENSITY = 0.1, 0.1  # error of leaving out a power of 1/r, and signals, in units of a table's
 FIRST_POWER, OF_MOMENTS = 0.2, 4.0  # light beyond a distance in λN; allowed error, in units of a table's
 MOST_CACHED = 12  # tables, some MB each: those of one camera's channels and pictures
 
@@ -76,7 +76,7 @@ def tabled(
     density : (n, j) signals at wavelengths (j,)
     until : cutoff radius of ringing, pitches;  allowed: error of a photosite for light of 1
     """
-    few, mixture = _few(density, ROUNDING)
+    few, mixture = _few(density, OF_DENSITY * allowed / wavelength_nm.size)
     light = tuple(wavelength_nm.tolist()), tuple(map(tuple, density[few].tolist()))
     made: Callable[..., tuple[Table, F64]] = _made
     try:

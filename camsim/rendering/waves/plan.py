@@ -84,8 +84,8 @@ class WavesPlan:
 
     @property
     def fewest(self) -> int:
-        """Smallest number of photosites that are checked: fewer where each is a sum over a picture's samples."""
-        return FEWEST_CHECKED if self.fields is None else FEWEST_CHECKED // 2
+        """Smallest number of photosites that are checked: few, as an error of frequencies is everywhere."""
+        return FEWEST_CHECKED // 2
 
     @property
     def wavelengths(self) -> int:
