@@ -18,7 +18,7 @@ MORE = 3  # additional nodes on a short section
 
 @kernel()
 def cell_states(start: F64, end: F64, flips: U8, is_cut: np.ndarray) -> None:
-    """Count changes of visibility (rows, cols + 1) at each column, modulo 256; mark the cells that segments (n, 2) cut."""
+    """Count changes of visibility (rows, cols + 1) at columns, modulo 256; mark the cells that segments (n, 2) cut."""
     rows, cols = is_cut.shape
     for s in range(len(start)):
         x0, y0, x1, y1 = start[s, 0], start[s, 1], end[s, 0], end[s, 1]

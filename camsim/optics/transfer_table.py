@@ -76,26 +76,25 @@ class TransferTable:
             rho = frequency_per_um * (blur / self.outer)
             within = rho < 1.0
             one[within] = product(radial_matrix(len(values), rho[within], self.breaks), values)
-        found: F64 | C128 = out.view(self._plain.dtype)
-        return found
+        return out.view(np.complex128) if np.iscomplexobj(self._plain) else out
 
     @cached_property
     def _plain(self) -> F64 | C128:
         """The values, without imaginary parts if they are all 0."""
         return self.values if self.values.imag.any() else self.values.real
 
-    def in_panels(self, transfers: F64 | C128, each: int) -> F64 | C128:
+    def in_panels(self, values: F64 | C128, each: int) -> F64 | C128:
         """Return transfers (…, panels, each + 3) in evenly spaced directions from a step before each panel.
 
-        transfers : (…, directions) as of ``at``, or sums of them
+        values : (…, directions) as of ``at``, or sums of them
         """
-        count = transfers.shape[-1] // self.panels
+        count = values.shape[-1] // self.panels
         across = np.ascontiguousarray(interpolation(chebyshev(count), 2.0 * np.arange(-1.0, each + 2.0) / each - 1.0).T)
-        values = transfers.reshape(-1, count)
-        spread: F64 | C128 = product(np.ascontiguousarray(values.real), across)
-        if np.iscomplexobj(values):
-            spread = spread + 1j * product(np.ascontiguousarray(values.imag), across)
-        return spread.reshape(*transfers.shape[:-1], self.panels, each + 3)
+        flat = values.reshape(-1, count)
+        spread: F64 | C128 = product(np.ascontiguousarray(flat.real), across)
+        if np.iscomplexobj(flat):
+            spread = spread + 1j * product(np.ascontiguousarray(flat.imag), across)
+        return spread.reshape(*values.shape[:-1], self.panels, each + 3)
 
 
 def in_directions(transfers: F64 | C128, directions: int, angle_rad: float) -> F64 | C128:

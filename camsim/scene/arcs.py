@@ -94,11 +94,8 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         """Return which biarcs are good, and which would be but for their area."""
         off, bend, length, gained = _fit(some, pairs)
         rounding = ROUNDING * extent[some.owner]
-        good = (
-            (off <= fine.most_off)
-            & (off * length**2 <= fine.allowed * fine.longest**3)
-            & (length <= 0.35 * fine.longest)
-        )
+        good = (off <= fine.most_off) & (length <= 0.35 * fine.longest)
+        good &= off * length**2 <= fine.allowed * fine.longest**3
         if cut:
             good &= off * length <= OF_CUT * fine.allowed * fine.longest**2
         fits = good & (bend <= MOST_BEND)

@@ -38,8 +38,8 @@ from camsim.spectra.curve import Curve, Spectrum
 MOST_PHASE = 250.0  # of a spline with which the PSF is convolved: about the number of harmonics
 CELL, TURNS = 8.0, 2.0  # largest side of a gradient's cell: periods of the lens's highest frequency, and its own cycles
 FAR_NODES, MOST_NODES = 4, 120  # along a side of a cell: of far ones, and at most
-# Relative error of a rule over the tail: at most this, times (half a cell over twice r) to its degree, of which a spline
-# takes its own; of cells that an outline cuts, and by the degree of the splines in all others.
+# Relative error of a rule over the tail: at most this, times (half a cell over twice r) to its degree less that of the
+# spline; of cells that an outline cuts, and by the degree of the spline in all others.
 OF_CUT_TAIL, OF_TAIL = 20.0, {0: 20.0, 1: 4.0, 3: 0.06}
 MOST_TURN = 0.1  # radians of a chord: the bound on its error is of small angles
 NODES_A_WAVE = 2.5  # along a side of a cell

@@ -94,7 +94,8 @@ class Lens:
             panels = table.first_rad, table.panels / math.pi, steps, border
         found = table.at(np.linspace(0.0, stretched / self.pitch_um, points + 1))
         parts = found.view(np.float64).reshape(len(found), -1)
-        mixed = product(weights.reshape(-1, len(found)), parts).view(found.dtype)
+        mixed: F64 | C128 = product(weights.reshape(-1, len(found)), parts)
+        mixed = mixed.view(np.complex128) if np.iscomplexobj(found) else mixed
         mixed = mixed.reshape(*weights.shape[:2], *found.shape[1:])
         if table.panels:
             mixed = table.in_panels(mixed, steps)
