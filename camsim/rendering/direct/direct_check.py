@@ -28,7 +28,7 @@ from camsim.scene.arcs import Fineness
 
 OF_TOLERANCE = 0.3  # error of the check over the tolerance
 OF_RINGS, OF_TABLE, OF_PANELS, OF_FIELDS = 0.4, 0.3, 0.05, 0.15  # shares of that
-OF_CURVES = 2.0  # over that: the bound on the light between a curve and its arcs, which is ten times the light
+OF_CURVES = 3.0  # over that: the bound on the light between a curve and its arcs, which is ten times the light
 OF_POINT = 20.0  # times a point's area: error of its light over that of an edge's, from the same rows
 MOST_NODES = 24  # of a panel
 PIECES_AT_ONCE = 128  # fewer, of all photosites, are not worth a thread
@@ -109,12 +109,17 @@ class DirectCheck:
         """
         _, _, density, of_fields = self._seen
         wavelength_nm, matrix = self._light
-        signals = np.concatenate([density - density[0], of_fields]) if spline is None else of_fields
+        of_surfaces, signals = (
+            product(one.reshape(-1, len(matrix)), matrix).reshape(*one.shape[:2], matrix.shape[1])
+            for one in (density, of_fields)
+        )
+        if spline is None:
+            signals = np.concatenate([of_surfaces - of_surfaces[0], signals])
         table, mixture = tabled(
             self.job.system,
             self.job.grid.pitch_um,
             wavelength_nm,
-            product(signals.reshape(-1, len(matrix)), matrix),
+            signals.reshape(-1, signals.shape[2]),
             until=self._until + (0.0 if spline is None else spline.extent),
             allowed=OF_TABLE * self.allowed / (1.0 + OF_POINT * self._fields.strongest[1]),
             spline=spline,

@@ -38,11 +38,11 @@ def densities(
     seen = (response != 0.0).any(axis=0)
     if not seen.any():
         seen = np.arange(wavelength_nm.size) == 0
-    density = np.stack([spectrum_at(s, wavelength_nm[seen]) for s in spectra])[:, None] * response[None, :, seen]
+    values, response = np.stack([spectrum_at(s, wavelength_nm[seen]) for s in spectra]), response[:, seen]
     if full is None:
-        full = np.maximum(response.sum(axis=1), density.sum(axis=2).max(axis=0))
+        full = np.maximum(response.sum(axis=1), product(values, response.T).max(axis=0))
         full = np.where(full > 0.0, full, 1.0)
-    return wavelength_nm[seen], density / full[:, None], full
+    return wavelength_nm[seen], values[:, None] * (response / full[:, None]), full
 
 
 def condensed(wavelength_nm: F64, phase: float, allowed: float) -> tuple[F64, F64]:

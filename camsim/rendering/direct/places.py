@@ -15,7 +15,7 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.waves.image import tiles
 
 MOST = 256  # photosites, however long the rendering takes
-SHARE_OF_TIME, SECONDS = 0.05, 2e-3  # time of the check: over that of the rendering, and at least
+SHARE_OF_TIME, SECONDS = 0.04, 2e-3  # time of the check: over that of the rendering, and at least
 PLACE_SECONDS = 6e-5  # to select a photosite
 
 
@@ -83,17 +83,18 @@ def _leaving(bent: Outlines, grid: Grid) -> F64:
     """Return where round parts cross the frame's border (n, 2)."""
     low = np.array(grid.first_centre) - 0.5
     high, found = low + np.array([grid.cols, grid.rows]), [np.empty((0, 2))]
-    middle, begin, turn = np.stack([bent.x, bent.y], axis=1), bent.from_rad, bent.turn_rad
     for axis, border in ((0, low[0]), (0, high[0]), (1, low[1]), (1, high[1])):
+        some = picked(bent, np.abs(border - (bent.x, bent.y)[axis]) < bent.dx)
+        middle = np.stack([some.x, some.y], axis=1)
         along = border - middle[:, axis]
         for side in (1.0, -1.0):
             place = middle.copy()
             place[:, axis] = border
-            place[:, 1 - axis] += side * np.sqrt(np.maximum((bent.dx - along) * (bent.dx + along), 0.0))
+            place[:, 1 - axis] += side * np.sqrt((some.dx - along) * (some.dx + along))
             out = place - middle
-            gone = np.sign(turn) * (np.arctan2(out[:, 1], out[:, 0]) - begin) % math.tau
-            on = (np.abs(along) < bent.dx) & (gone <= np.abs(turn))
-            found.append(place[on & np.all((place >= low - 1e-9) & (place <= high + 1e-9), axis=1)])
+            gone = np.sign(some.turn_rad) * (np.arctan2(out[:, 1], out[:, 0]) - some.from_rad) % math.tau
+            on = (gone <= np.abs(some.turn_rad)) & np.all((place >= low - 1e-9) & (place <= high + 1e-9), axis=1)
+            found.append(place[on])
     return np.concatenate(found)
 
 
