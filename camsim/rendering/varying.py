@@ -38,7 +38,7 @@ from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
 FINEST = 1e-8  # tolerance offered behind such lenses; nobody takes a finer one
-FEWEST, MOST, OF_IMAGE, SECONDS = 2, 4, 0.1, 0.2  # photosites checked, by the image's seconds; and seconds of each
+FEWEST, MOST, OF_IMAGE, SECONDS = 2, 4, 0.1, 0.12  # photosites checked, by the image's seconds; and seconds of each
 MIDDLE = 0.01, 0.99  # quantiles of the light between which a wavefront's phase sets the number of nodes
 DIGITS, DIGITS_POWER, NODES_OF_WAVE = 0.65, 1.6, 2.0  # rule for the number of wavelengths
 OF_CHECK = 0.7  # tolerance of the check over that of the image

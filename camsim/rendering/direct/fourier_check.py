@@ -27,7 +27,7 @@ from camsim.scene import Scene
 OF_TOLERANCE = 0.5  # tolerance of the check over that of the image
 COARSER, LONGEST = (1.0,), 5.0  # alternatives, if that exceeds the memory limit or this many seconds
 FARTHER, FINER = 1.37, 1.13  # reach of the first level and number of wavelengths, over those of the image
-NEARER = 0.28  # the reach where spikes set it: farther windows take as long as the image
+NEARER = 0.4  # the reach where spikes set it: farther windows take as long as the image
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
 MANY = 5_000  # edges above which the image's transforms are reused
 PLACES, COUNT, OF_IMAGE = 32, 8, 0.03  # difficult places; cells with the most of them, and their share of the image's

@@ -263,7 +263,7 @@ def over_samples(
                 square = x * x + y * y
                 far[c] = 1.0 / (square * math.sqrt(square)) if some[r, c] and not first <= c < last else 0.0
             for plane in range(len(weights)):
-                tails[0, 0, plane] += _dot(far, values[plane, r])
+                tails[0, 0, plane] += np.dot(far, values[plane, r])
             for c in range(first, last):
                 if some[r, c]:
                     _add_light(t, x0 + c * dx, y0 + c * dy, values[:, r], c, light, total, tails)
@@ -277,21 +277,6 @@ def _within(x: float, y: float, dx: float, dy: float, radius: float, count: int)
     middle, away = -(x * dx + y * dy) / square, x * dy - y * dx
     half = math.sqrt(max(radius * radius - away * away / square, 0.0) / square) + 1.0
     return int(min(max(middle - half, 0.0), count)), int(min(max(middle + half + 1.0, 0.0), count))
-
-
-@kernel()
-def _dot(a: F64, b: F64) -> float:
-    """Return Σ a·b in four sums, as each step of one waits for the one before."""
-    s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
-    most = len(a) // 4 * 4
-    for k in range(0, most, 4):
-        s0 += a[k] * b[k]
-        s1 += a[k + 1] * b[k + 1]
-        s2 += a[k + 2] * b[k + 2]
-        s3 += a[k + 3] * b[k + 3]
-    for k in range(most, len(a)):
-        s0 += a[k] * b[k]
-    return (s0 + s1) + (s2 + s3)
 
 
 @kernel(allocates=True)

@@ -20,6 +20,7 @@ from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import chebyshev, gauss_pieces, gauss_rules, power_series
 from camsim.optics import OpticalSystem, RoundLens
+from camsim.optics.pattern import RING
 from camsim.rendering.direct.records import POWERS, Table
 from camsim.rendering.direct.spread_kernels import ROWS, fill_rows
 
@@ -133,7 +134,8 @@ def _made(
     ends[0] = density.sum(axis=1) / (2.0 * math.pi)
     strength = rules[-1][1] * (f[last] / highest) ** 5 * np.abs(around[..., last]).max(axis=(0, 1))
     steep = STEEP * float((np.abs(curves[:, last]) * strength).sum(axis=1).max()) / highest
-    per_pitch = [_rows(steep, (start - extent) * highest, allowed) * highest for start in starts]
+    rings = sum(size for _, size, _ in system.lens.pattern().rings) / RING
+    per_pitch = [_rows(steep, (start - extent) * highest, rings, allowed) * highest for start in starts]
     first, parts = [0], []
     for zone, (start, end, rate) in enumerate(zip(starts, stops, per_pitch, strict=True)):
         r, step = start + np.arange(math.ceil((end - start) * rate) + 1) / rate, 1.0 / rate
@@ -174,10 +176,13 @@ def _made(
     return table, mixture
 
 
-def _rows(steep: float, waves: float, allowed: float) -> float:
-    """Return the rows per period in a zone that begins so many periods from the centre: fewer where ringing is weak."""
+def _rows(steep: float, waves: float, rings: float, allowed: float) -> float:
+    """Return the rows per period in a zone that begins so many periods from the centre: fewer where ringing is weak.
+
+    rings : strength of the ringing, over that of a clear lens
+    """
     if waves > 0.0:
-        steep = min(steep, 2.0 / (math.pi**3 * waves**2))
+        steep = min(steep, 2.0 * max(rings, 1.0) / (math.pi**3 * waves**2))
     rows_a_wave: float = 2.0 * math.pi * (QUINTIC * steep / allowed) ** (1.0 / 6.0)
     return min(max(rows_a_wave, FEWEST_ROWS), MOST_ROWS)
 
@@ -232,17 +237,21 @@ def _frequencies(breaks: F64, highest: float, until: float, allowed: float, near
         if place - ends[-1] > max(nearest, ROUNDING * highest):
             ends.append(min(place, highest))
     ends[-1] = highest
-    low, high = np.array(ends[:-1]), np.array(ends[1:])
-    # The behaviour (1 − f)^{3/2} at the cut-off, not the oscillation, determines the last digits of a rule.
-    pieces, orders = gauss_pieces(math.pi * until * (high - low), 0.1 * allowed, MOST_NODES)
+    low, wide = np.array(ends[:-1]), np.diff(ends)
+    # Where no breaks are merged, nodes lie like sin² between them: with the power 3/2 there, others converge slowly.
+    denser = 1.0 if nearest else 0.5 * math.pi
+    pieces, orders = gauss_pieces(math.pi * until * denser * wide, 0.1 * allowed, MOST_NODES)
     orders += MORE_NODES if nearest else 3
-    half, of_panel = np.repeat(0.5 * (high - low) / pieces, pieces), np.repeat(orders, pieces)
-    piece = np.arange(half.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    middle = np.repeat(low, pieces) + half * (2.0 * piece + 1.0)
+    panel, of_piece = np.repeat(np.arange(low.size), pieces), np.repeat(orders, pieces)
+    piece = np.arange(panel.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     x, w, _ = gauss_rules(tuple(range(1, MOST_NODES + MORE_NODES + 1)))
-    nodes, weights = middle[:, None] + half[:, None] * x[of_panel - 1], half[:, None] * w[of_panel - 1]
-    filled = np.arange(x.shape[1]) < of_panel[:, None]
-    return nodes[filled], weights[filled]
+    filled = np.arange(x.shape[1]) < of_piece[:, None]
+    t = ((piece[:, None] + 0.5 + 0.5 * x[of_piece - 1]) / pieces[panel, None])[filled]
+    weights = (0.5 * w[of_piece - 1] * (wide / pieces)[panel, None])[filled]
+    if not nearest:
+        t, weights = np.sin(0.5 * math.pi * t) ** 2, weights * denser * np.sin(math.pi * t)
+    panel = np.repeat(panel, of_piece)
+    return low[panel] + wide[panel] * t, weights
 
 
 def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
