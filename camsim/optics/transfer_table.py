@@ -18,7 +18,7 @@ import numpy as np
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.cached import cached_property
 from camsim.errors import UnsupportedError
-from camsim.numerics.matrix_products import product
+from camsim.numerics.matrix_products import product, real_product
 from camsim.numerics.quadrature import chebyshev, interpolation
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.overlaps import Overlaps
@@ -72,10 +72,11 @@ class TransferTable:
         """Return transfers (j, n, directions) in the table's own directions, at (n,) values of ρ/λN."""
         known = np.ascontiguousarray(self._plain).view(np.float64)
         out = np.zeros((len(known), frequency_per_um.size, known.shape[2]))
-        for one, values, blur in zip(out, known, self.blur_um, strict=True):
-            rho = frequency_per_um * (blur / self.outer)
-            within = rho < 1.0
-            one[within] = product(radial_matrix(len(values), rho[within], self.breaks), values)
+        rho = np.multiply.outer(self.blur_um / self.outer, frequency_per_um)
+        within = rho < 1.0
+        matrices = np.split(radial_matrix(known.shape[1], rho[within], self.breaks), np.cumsum(within.sum(axis=1))[:-1])
+        for one, values, some, matrix in zip(out, known, within, matrices, strict=True):
+            one[some] = product(matrix, values)
         return out.view(np.complex128) if np.iscomplexobj(self._plain) else out
 
     @cached_property
@@ -202,7 +203,7 @@ def _panel_off(at: Overlaps, count: int, nodes: I64) -> float:
             at(np.outer(rho, at.border_at(angle)).ravel(), np.tile(angle, rho.size), nodes).reshape(-1, angle.size)
             for angle in (first + width * _cell(count), first + width * tried)
         )
-        found = known @ interpolation(chebyshev(count), 2.0 * tried - 1.0).T
+        found = real_product(interpolation(chebyshev(count), 2.0 * tried - 1.0), known.T).T
         off = max(off, float(np.abs(found - right).max()))
     return off
 
@@ -233,6 +234,6 @@ def _radii_off(at: Overlaps, count: int, nodes: I64) -> float:
         end = float(at.border_at(np.array([angle]))[0])
         known = at(end * places, np.full(places.size, angle), nodes)
         right = at(end * tried, np.full(tried.size, angle), nodes)
-        error = known @ radial_matrix(places.size, tried, at.breaks).T - right
+        error = real_product(radial_matrix(places.size, tried, at.breaks), known.T).T - right
         off = max(off, math.sqrt(2.0 * float(np.mean(np.abs(error) ** 2, axis=1).max())))
     return off

@@ -421,7 +421,7 @@ def _seen(i: int, count: int, degree: int, frequency: F64) -> C128:
     for a, b in pairwise(knots.tolist()):
         u = a + 0.5 * (b - a) * (1.0 + x)
         value = sum(_spline(u - 0.5 - at, degree) for at in copies)
-        total += np.exp(-2j * np.pi * np.outer(frequency, u - i - 0.5)) @ (0.5 * (b - a) * w * value)
+        total += np.einsum("fn,n->f", np.exp(-2j * np.pi * np.outer(frequency, u - i - 0.5)), 0.5 * (b - a) * w * value)
     return total
 
 
