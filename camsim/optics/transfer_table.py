@@ -23,6 +23,7 @@ from camsim.numerics.quadrature import chebyshev, interpolation
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.overlaps import Overlaps
 
+AT_ONCE = 1 << 18  # weights of interpolation, of all wavelengths that are computed together
 MOST_WORK = 5e9  # nodes of all of a table in one strip of an overlap: a minute
 RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512
 DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
@@ -73,10 +74,13 @@ class TransferTable:
         known = np.ascontiguousarray(self._plain).view(np.float64)
         out = np.zeros((len(known), frequency_per_um.size, known.shape[2]))
         rho = np.multiply.outer(self.blur_um / self.outer, frequency_per_um)
-        within = rho < 1.0
-        matrices = np.split(radial_matrix(known.shape[1], rho[within], self.breaks), np.cumsum(within.sum(axis=1))[:-1])
-        for one, values, some, matrix in zip(out, known, within, matrices, strict=True):
-            one[some] = product(matrix, values)
+        within, step = rho < 1.0, max(1, AT_ONCE // max(known.shape[1] * frequency_per_um.size, 1))
+        for first in range(0, len(known), step):
+            some = slice(first, first + step)
+            matrix = radial_matrix(known.shape[1], rho[some][within[some]], self.breaks)
+            matrices = np.split(matrix, np.cumsum(within[some].sum(axis=1))[:-1])
+            for one, values, here, each in zip(out[some], known[some], within[some], matrices, strict=True):
+                one[here] = product(each, values)
         return out.view(np.complex128) if np.iscomplexobj(self._plain) else out
 
     @cached_property

@@ -40,7 +40,7 @@ CELL, TURNS = 8.0, 2.0  # largest side of a gradient's cell: periods of the lens
 FAR_NODES, MOST_NODES = 4, 120  # along a side of a cell: of far ones, and at most
 # Relative error of a rule over the tail: at most this, times (half a cell over twice r) to its degree less that of the
 # spline; of cells that an outline cuts, and by the degree of the spline in all others.
-OF_CUT_TAIL, OF_TAIL = 20.0, {0: 20.0, 1: 4.0, 3: 0.06}
+OF_CUT_TAIL, OF_TAIL = 25.0, {0: 25.0, 1: 4.0, 3: 0.06}
 MOST_TURN = 0.1  # radians of a chord: the bound on its error is of small angles
 NODES_A_WAVE = 2.5  # along a side of a cell
 OF_HIDING = 0.1  # of the allowed error, for outlines that may hide a point near them
