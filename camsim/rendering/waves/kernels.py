@@ -116,7 +116,7 @@ def add_polar(
     begins, per_radian, steps, border = turn
     panels = directions // (steps + 3)
     lens, sums = np.empty(parts, polar.dtype), np.empty((cols, 2 * channels), polar.dtype)
-    radial, turned = np.empty(4), np.ones(4)
+    radial, turned, places = np.empty(4), np.ones(4), np.empty(columns)
     near, value = np.empty((4, 4), polar.dtype), np.empty(2, polar.dtype)  # weights, and light
     for row in range(begin, stop):
         sums[:] = 0.0
@@ -128,6 +128,9 @@ def add_polar(
             last = min(columns - 1, int(math.sqrt(most * most - fy * fy) / step_x))
             one = down[j - lowest]
             col = 0
+            if directions > 1:  # apart, as the function holds up what follows
+                for i in range(last + 1):
+                    places[i] = max((math.atan2(fy, i * step_x) - begins) * per_radian, 0.0)
             for i in range(last + 1):
                 fx = i * step_x
                 radius = math.sqrt(fx * fx + fy * fy)
@@ -136,9 +139,8 @@ def add_polar(
                 along = radius
                 way = 0
                 if directions > 1:
-                    place = max((math.atan2(fy, fx) - begins) * per_radian, 0.0)
-                    panel = min(int(place), panels - 1)
-                    place = (place - panel) * steps + 1.0
+                    panel = min(int(places[i]), panels - 1)
+                    place = (places[i] - panel) * steps + 1.0
                     if len(border):
                         along = fx * border[panel, 0] + fy * border[panel, 1]
                     way = min(max(int(place), 1), steps)
@@ -161,9 +163,7 @@ def add_polar(
                     for k in range(kinds):
                         light = source[k, j - lowest, i] * times
                         value[0], value[1] = light.real, light.imag
-                        lens[:parts] = 0.0
-                        for q in range(4):
-                            _add_row(polar[at + q - 1], way, k, near[q], lens, parts)
+                        _mix(polar, at - 1, way, k, near, lens, parts)
                         if real:
                             for c in range(parts):
                                 here[2 * c] += value[0] * lens[c]
@@ -181,17 +181,21 @@ def add_polar(
 
 
 @kernel()
-def _add_row(polar: F64, way: int, k: int, weights: F64, lens: F64, parts: int) -> None:
-    """Add the weighted values at four directions of one radius; a single direction stands for all."""
-    if len(polar) == 1:
-        a = polar[0, k]
+def _mix(polar: F64, at: int, way: int, k: int, weights: F64, lens: F64, parts: int) -> None:
+    """Write the weighted sum over four radii and four directions; a single direction stands for all."""
+    for q in range(4):
+        w0, w1, w2, w3 = weights[q, 0], weights[q, 1], weights[q, 2], weights[q, 3]
         for c in range(parts):
-            lens[c] += weights[0] * a[c]
-        return
-    a, b, d, e = polar[way, k], polar[way + 1, k], polar[way + 2, k], polar[way + 3, k]
-    w0, w1, w2, w3 = weights[0], weights[1], weights[2], weights[3]
-    for c in range(parts):
-        lens[c] += w0 * a[c] + w1 * b[c] + w2 * d[c] + w3 * e[c]
+            if polar.shape[1] == 1:
+                total = w0 * polar[at + q, 0, k, c]
+            else:
+                total = (
+                    w0 * polar[at + q, way, k, c]
+                    + w1 * polar[at + q, way + 1, k, c]
+                    + w2 * polar[at + q, way + 2, k, c]
+                    + w3 * polar[at + q, way + 3, k, c]
+                )
+            lens[c] = lens[c] + total if q else total
 
 
 @kernel()
