@@ -263,6 +263,7 @@ class _Part:
         left = item.swapaxes(1, 2).reshape(-1, self.weights.shape[1])
         taken = product(left, self.weights.swapaxes(0, 1).reshape(left.shape[1], -1))
         taken = taken.reshape(-1, retained, len(self.weights), self.weights.shape[2]).transpose(3, 1, 2, 0)
+        harmonics = harmonics[..., : self.rule.directions + 1]  # those of negative order follow, see ``_finer``
         flat = harmonics.reshape(*harmonics.shape[:2], -1)
         made = np.stack([real_product(taken[j].reshape(-1, len(harmonics)), flat[:, j]) for j in range(len(taken))])
         made = np.moveaxis(made.reshape(*taken.shape[:3], *harmonics.shape[2:]), 3, 1)  # radii first
@@ -297,7 +298,7 @@ class _Part:
 class Mixtures:
     """The lens of a part of the frame, with the interface of the lenses of frequency sums.
 
-    harmonics : (j, radii, m, kinds, 2·directions);  table_directions: of a table
+    harmonics : (j, radii, m, kinds, directions + 1);  table_directions: of a table
     numbers   : how many of the first mixtures frequencies up to each of ``BANDS`` use;  cut: the end of these
     passes    : highest frequency that is needed, cycles/pitch
     count     : Chebyshev points along a side;  taken: (channels, m, count²) weight of each mixture at these points
@@ -385,13 +386,17 @@ def _closed(half: C128) -> C128:
 
 
 def _finer(harmonics: C128, directions: int) -> C128:
-    """Return harmonics (…, 2·directions) evaluated at ``directions`` directions over half a turn from −π/2 on."""
-    count = harmonics.shape[-1]
-    order = np.fft.fftfreq(count, 1.0 / count)
-    turned = harmonics * np.exp(-0.5j * np.pi * order)
+    """Return harmonics evaluated at ``directions`` directions over half a turn from −π/2 on.
+
+    harmonics : (…, n + 1) of order 0 … n − 1, and −n;  half a turn on, a transfer is its conjugate, and so a harmonic
+                of order −m is (−1)^m times the conjugate of that of order m
+    """
+    half = harmonics.shape[-1] - 1
+    order = np.arange(half + 1)
+    turned = harmonics * np.exp(-0.5j * np.pi * np.where(order < half, order, -half))
     wide = np.zeros((*harmonics.shape[:-1], 2 * directions), complex)
-    half = count // 2
-    wide[..., :half], wide[..., -half:] = turned[..., :half], turned[..., -half:]
+    wide[..., :half], wide[..., -half] = turned[..., :half], turned[..., half]
+    wide[..., 1 - half :] = (turned[..., 1:half].conj() * (-1.0) ** order[1:half])[..., ::-1]
     finer: C128 = scipy.fft.ifft(wide, axis=-1)[..., :directions] * (2 * directions)
     return finer
 
