@@ -23,11 +23,8 @@ from camsim.rendering.waves.taper import taper, taper_margin, tapered
 LOW_SHARE = 0.25  # where a window begins to fall, over its end
 NARROWER = 4.0  # ratio of reach between one level and the next
 BESIDE = 3.0  # margin around the light, in periods of the highest frequency: equivalent sources may lie outside it
-POINTS, FEWEST_POINTS, MOST_POINTS = (
-    6.0,
-    512,
-    1 << 17,
-)  # of a table of shares: per inverse root of the precision, since it is interpolated linearly; least; most
+# Of a table of shares: per inverse root of the precision, since it is interpolated linearly; least; most.
+POINTS, FEWEST_POINTS, MOST_POINTS = 6.0, 512, 1 << 20
 # A PSF of πc/(2πr³), for a half-plane's light of c/r, times half the square of a diameter and Σ 1/r³ over a lattice.
 OF_PERIODS = 9.03 * 0.25
 OVERSAMPLED = 2.0  # smallest sampling of a level over its Nyquist rate, for which the taps are made
