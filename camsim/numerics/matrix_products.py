@@ -7,6 +7,7 @@ order of summation depends on the number of cores.
 from __future__ import annotations
 
 import math
+from typing import overload
 
 import numpy as np
 
@@ -39,15 +40,20 @@ def product(left: F64, right: F64) -> F64:
     return out
 
 
-def real_product(left: F64, right: C128) -> C128:
-    """Return left @ right, of a real (m, k) and a complex (…, k, n).
+@overload
+def real_product(left: F64, right: F64) -> F64: ...
+@overload
+def real_product(left: F64, right: C128) -> C128: ...
+def real_product(left: F64, right: F64 | C128) -> F64 | C128:
+    """Return left @ right, of a real (m, k) and a real or complex (…, k, n).
 
     >>> real_product(np.array([[2.0]]), np.array([[1.0 + 1j]])).tolist()
     [[(2+2j)]]
     """
     parts = np.ascontiguousarray(right).view(np.float64)
     if parts.ndim == 2:
-        return product(left, parts).view(np.complex128)
+        found = product(left, parts)
+        return found.view(np.complex128) if np.iscomplexobj(right) else found
     return np.stack([real_product(left, one) for one in right])
 
 

@@ -71,8 +71,9 @@ class TransferTable:
 
     def at(self, frequency_per_um: F64) -> F64 | C128:
         """Return transfers (j, n, directions) in the table's own directions, at (n,) values of ρ/λN."""
-        known = np.ascontiguousarray(self._plain).view(np.float64)
-        out = np.zeros((len(known), frequency_per_um.size, known.shape[2]))
+        known = self._plain
+        kind = complex if np.iscomplexobj(known) else float
+        out = np.zeros((len(known), frequency_per_um.size, known.shape[2]), kind)
         rho = np.multiply.outer(self.blur_um / self.outer, frequency_per_um)
         within, step = rho < 1.0, max(1, AT_ONCE // max(known.shape[1] * frequency_per_um.size, 1))
         for first in range(0, len(known), step):
@@ -80,8 +81,8 @@ class TransferTable:
             matrix = radial_matrix(known.shape[1], rho[some][within[some]], self.breaks)
             matrices = np.split(matrix, np.cumsum(within[some].sum(axis=1))[:-1])
             for one, values, here, each in zip(out[some], known[some], within[some], matrices, strict=True):
-                one[here] = product(each, values)
-        return out.view(np.complex128) if np.iscomplexobj(self._plain) else out
+                one[here] = real_product(each, values)
+        return out
 
     @cached_property
     def _plain(self) -> F64 | C128:

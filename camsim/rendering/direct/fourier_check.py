@@ -25,7 +25,7 @@ from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 
 OF_TOLERANCE = 0.5  # tolerance of the check over that of the image
-COARSER, LONGEST = (1.0,), 5.0  # alternatives, if that exceeds the memory limit or this many seconds
+COARSER, LONGEST = 1.0, 5.0  # the alternative, if that exceeds the memory limit or this many seconds
 FARTHER, FINER = 1.37, 1.13  # reach of the first level and number of wavelengths, over those of the image
 NEARER = 0.4  # the reach where spikes set it: farther windows take as long as the image
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
@@ -65,10 +65,8 @@ class FourierCheck:
     def plan(self) -> WavesPlan:
         """Plan of the check, with a looser tolerance where it would take too much memory or time."""
         plan = self._planned(OF_TOLERANCE)
-        for share in COARSER:
-            if plan.cost.memory_bytes <= MEMORY_LIMIT_BYTES and plan.cost.seconds <= LONGEST:
-                break
-            plan = self._planned(share)
+        if plan.cost.memory_bytes > MEMORY_LIMIT_BYTES or plan.cost.seconds > LONGEST:
+            plan = self._planned(COARSER)
         return plan
 
     def _planned(self, share: float) -> WavesPlan:

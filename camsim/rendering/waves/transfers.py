@@ -14,7 +14,7 @@ import numpy as np
 
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.cached import cached_property
-from camsim.numerics.matrix_products import product
+from camsim.numerics.matrix_products import real_product
 from camsim.optics import OpticalSystem
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil
@@ -93,9 +93,7 @@ class Lens:
             stretched *= float(np.hypot(*table.border.T).max())
             panels = table.first_rad, table.panels / math.pi, steps, border
         found = table.at(np.linspace(0.0, stretched / self.pitch_um, points + 1))
-        parts = found.view(np.float64).reshape(len(found), -1)
-        mixed: F64 | C128 = product(weights.reshape(-1, len(found)), parts)
-        mixed = mixed.view(np.complex128) if np.iscomplexobj(found) else mixed
+        mixed: F64 | C128 = real_product(weights.reshape(-1, len(found)), found.reshape(len(found), -1))
         mixed = mixed.reshape(*weights.shape[:2], *found.shape[1:])
         if table.panels:
             mixed = table.in_panels(mixed, steps)
