@@ -236,13 +236,13 @@ class FieldCheck:
             return values
         fields = plan.fields and dataclasses.replace(plan.fields, tolerance=OF_CHECK * plan.fields.tolerance)
         job = plan.job.to(OF_CHECK * plan.job.tolerance)
-        image = dataclasses.replace(plan, job=job, fields=fields).image
-        if isinstance(image, VaryingImage) and isinstance(plan.image, VaryingImage):
+        if plan.image is not None:
             sources = [
                 (source, weights, dataclasses.replace(lens, allowed=OF_CHECK * lens.allowed))
                 for source, weights, lens in plan.image.sources
             ]
-            image = dataclasses.replace(image, sources=sources)
+            image = dataclasses.replace(plan, job=job, fields=fields).on_levels(sources)
+            assert isinstance(image, VaryingImage)
             values += in_channels(image.at(job.grid.first_centre, rows, cols), sets)
         return values
 

@@ -29,13 +29,14 @@ from camsim.optics.protocols import Placed
 from camsim.optics.pupil import Pupil
 from camsim.optics.transfer_table import radial_matrix, radial_places
 
-NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # per axis of an overlap
+NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # per axis of an overlap; even
 RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256, 320, 400
 DIRECTIONS = 6, 8, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256  # over half a turn
 TRIED_RADII, TRIED_DIRECTIONS = np.array([0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]), np.array([0.4, 1.3])
 BETWEEN = np.pi * np.array([0.031, 0.173, 0.342, 0.561])  # test directions, on no evenly spaced grid
 MANY_RADII, MANY_DIRECTIONS = (24, 60, 120, 240, 480), (24, 48, 96, 320)  # trial samplings, finer than needed
 PLANES = 1, 2  # Zernike tilts along y and along x
+BLOCK = 32  # nodes at a time
 TERMS = 66  # Zernikes to order 10, the first fit of a custom wavefront
 MOST_TERMS, FITTED = 231, 1e-4  # and to order 20; largest residual, waves
 
@@ -230,49 +231,86 @@ def _overlaps(
     nodes, weights, counts = rules
     azimuthal, degrees = len(slots), slots.shape[2]
     places = waves.shape[1]
-    phase, real, imag = np.empty(places), np.empty(places), np.empty(places)
+    # At the opposite node, the differences of polynomials are the same for odd m, and of the other sign for even m.
+    even, odd = np.empty((places, BLOCK)), np.empty((places, BLOCK))
+    real, imag, weight = np.empty((places, BLOCK)), np.empty((places, BLOCK)), np.empty(BLOCK)
+    x0, y0, x1, y1 = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    c0, d0, c1, d1 = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    p0, p1, before0, before1 = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    difference = np.empty(BLOCK)
     for n in range(begin, stop):
         item, count = rho[n], counts[which[n]]
         x, w = nodes[which[n]], weights[which[n]]
         cos, sin = math.cos(angle[n]), math.sin(angle[n])
         widest = math.acos(min(item, 1.0))
-        real[:] = 0.0
-        imag[:] = 0.0
-        for a in range(count):
-            alpha = widest * x[a]
-            t, chord = math.sin(alpha), math.cos(alpha)
-            half = chord - item
-            for v in range(count):
-                u = half * x[v]
-                x0, y0 = (u - item) * cos - t * sin, (u - item) * sin + t * cos
-                x1, y1 = (u + item) * cos - t * sin, (u + item) * sin + t * cos
-                s0, s1 = x0 * x0 + y0 * y0, x1 * x1 + y1 * y1
-                phase[:] = 0.0
-                c0, d0, c1, d1 = 1.0, 0.0, 1.0, 0.0  # real and imaginary parts of (x + iy)^m
-                for m in range(azimuthal):
-                    if m > 0:
-                        c0, d0 = c0 * x0 - d0 * y0, c0 * y0 + d0 * x0
-                        c1, d1 = c1 * x1 - d1 * y1, c1 * y1 + d1 * x1
-                    before0, before1, p0, p1 = 0.0, 0.0, 1.0, 1.0
-                    for p in range(degrees):
-                        if p > 0:
-                            a0, b0, e0 = steps[m, p]
-                            p0, before0 = (a0 * s0 + b0) * p0 - e0 * before0, p0
-                            p1, before1 = (a0 * s1 + b0) * p1 - e0 * before1, p1
-                        k = slots[m, 0, p]
-                        if k >= 0:
-                            step = c0 * p0 - c1 * p1
-                            for q in range(places):
-                                phase[q] += waves[k, q] * step
-                        k = slots[m, 1, p]
-                        if k >= 0:
-                            step = d0 * p0 - d1 * p1
-                            for q in range(places):
-                                phase[q] += waves[k, q] * step
-                weight = w[a] * w[v] * widest * chord * half / math.pi
-                for q in range(places):
-                    c, d = turned(phase[q])
-                    real[q] += weight * c
-                    imag[q] += weight * d
         for q in range(places):
-            out[n, q] = complex(real[q], imag[q])
+            for i in range(BLOCK):
+                real[q, i], imag[q, i] = 0.0, 0.0
+        for first in range(0, count * count // 2, BLOCK):
+            size = min(BLOCK, count * count // 2 - first)
+            row = -1
+            for i in range(size):
+                a = (first + i) // count
+                v = first + i - a * count
+                if a != row:
+                    row, alpha = a, widest * x[a]
+                    t, chord = math.sin(alpha), math.cos(alpha)
+                    half, along = chord - item, 2.0 * w[a] * widest * chord * (chord - item) / math.pi
+                u = half * x[v]
+                weight[i] = along * w[v]
+                x0[i], y0[i] = (u - item) * cos - t * sin, (u - item) * sin + t * cos
+                x1[i], y1[i] = (u + item) * cos - t * sin, (u + item) * sin + t * cos
+            for q in range(places):
+                for i in range(size):
+                    even[q, i], odd[q, i] = 0.0, 0.0
+            for m in range(azimuthal):
+                _next_power(c0, d0, x0, y0, m, size)  # real and imaginary parts of (x + iy)^m
+                _next_power(c1, d1, x1, y1, m, size)
+                for p in range(degrees):
+                    _next_degree(p0, before0, x0, y0, steps[m, p], p, size)
+                    _next_degree(p1, before1, x1, y1, steps[m, p], p, size)
+                    for turn in range(2):
+                        k = slots[m, turn, p]
+                        if k < 0:
+                            continue
+                        one, other = (c0, c1) if turn == 0 else (d0, d1)
+                        for i in range(size):
+                            difference[i] = one[i] * p0[i] - other[i] * p1[i]
+                        phase = odd if m % 2 else even
+                        for q in range(places):
+                            _add_times(phase[q], waves[k, q], difference, size)
+            for q in range(places):
+                for i in range(size):
+                    c, d = turned(odd[q, i])
+                    both = weight[i] * turned(even[q, i])[0]
+                    real[q, i] += both * c
+                    imag[q, i] += both * d
+        for q in range(places):
+            out[n, q] = complex(real[q].sum(), imag[q].sum())
+
+
+@kernel()
+def _next_power(c: F64, d: F64, x: F64, y: F64, m: int, size: int) -> None:
+    if m == 0:
+        c[:size] = 1.0
+        d[:size] = 0.0
+        return
+    for i in range(size):
+        c[i], d[i] = c[i] * x[i] - d[i] * y[i], c[i] * y[i] + d[i] * x[i]
+
+
+@kernel()
+def _next_degree(p: F64, before: F64, x: F64, y: F64, step: F64, degree: int, size: int) -> None:
+    if degree == 0:
+        p[:size] = 1.0
+        before[:size] = 0.0
+        return
+    a, b, e = step
+    for i in range(size):
+        p[i], before[i] = (a * (x[i] * x[i] + y[i] * y[i]) + b) * p[i] - e * before[i], p[i]
+
+
+@kernel(forceinline=True)
+def _add_times(total: F64, factor: float, values: F64, size: int) -> None:
+    for i in range(size):
+        total[i] += factor * values[i]

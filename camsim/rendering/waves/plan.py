@@ -96,8 +96,7 @@ class WavesPlan:
     def image(self) -> FrequencyImage | None:
         """The frequency sums of all sources; None for an empty scene."""
         job, tolerance = self.job, self.job.tolerance
-        finest = tolerance if self.fields is None else tolerance / self.fields.brighter
-        precision = max(1e-13, OF_PRECISION * finest)
+        precision = max(1e-13, OF_PRECISION * self._finest)
         found: list[tuple[Source, F64, Lens]] = []
         if len(job.edges):
             nodes = self.nodes
@@ -117,18 +116,29 @@ class WavesPlan:
             found += self._of_fields(self.fields, precision)
         if not found:
             return None
-        cut = max(self._band(lens, weights, finest) for _, weights, lens in found)
-        farthest = max(_farthest(source, job) for source, *_ in found)
-        width = max(float(np.hypot(*np.subtract(*source.box))) for source, *_ in found)
-        levels = self._levels(cut, farthest, width, self._compact([source.box for source, *_ in found]), finest)
-        if len(levels) > 1:
-            found = [(self._with_far(one, levels, precision), weights, lens) for one, weights, lens in found]
+        image = self.on_levels(found)
+        if len(image.levels) > 1:
+            found = [(self._with_far(one, image.levels, precision), weights, lens) for one, weights, lens in found]
+            image = dataclasses.replace(image, sources=found)
+        return image
+
+    def on_levels(self, sources: Sequence[tuple[Source, F64, Lens]]) -> FrequencyImage:
+        """Return the image of sources, each with its weights and lens, on the levels of this plan."""
+        job, tolerance = self.job, self._finest
+        cut = max(self._band(lens, weights, tolerance) for _, weights, lens in sources)
+        farthest = max(_farthest(source, job) for source, *_ in sources)
+        width = max(float(np.hypot(*np.subtract(*source.box))) for source, *_ in sources)
         return self.summed(
-            sources=found,
+            sources=sources,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
-            levels=levels,
-            leak=OF_LEAK * finest,
+            levels=self._levels(cut, farthest, width, self._compact([source.box for source, *_ in sources]), tolerance),
+            leak=OF_LEAK * tolerance,
         )
+
+    @property
+    def _finest(self) -> float:
+        """The tolerance of the brightest light."""
+        return self.job.tolerance if self.fields is None else self.job.tolerance / self.fields.brighter
 
     def _with_far(self, source: Source, levels: Sequence[Level], precision: float) -> Source:
         """Return a source whose far levels take fewer samples."""
@@ -547,8 +557,10 @@ def spot_um(lens: OfPupil, wavelength_nm: float) -> float:
     angle = 2.0 * np.pi * np.arange(32) / 32
     radius = outer * np.array([[0.4], [0.7], [1.0]])
     x, y, step = (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel(), 1e-3
-    across = (lens.waves(x + step, y, wavelength_nm) - lens.waves(x - step, y, wavelength_nm)) / (2.0 * step)
-    down = (lens.waves(x, y + step, wavelength_nm) - lens.waves(x, y - step, wavelength_nm)) / (2.0 * step)
+    sides = np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+    beside_x, beside_y = (at + step * side[:, None] for at, side in zip((x, y), sides.T, strict=True))
+    right, left, below, above = lens.waves(beside_x.ravel(), beside_y.ravel(), wavelength_nm).reshape(4, -1)
+    across, down = (right - left) / (2.0 * step), (below - above) / (2.0 * step)
     return 2.0 * lens.blur_um(wavelength_nm) * float(np.hypot(across, down).max())
 
 
