@@ -21,13 +21,14 @@ from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Plan
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.job import Job
 from camsim.rendering.waves.image import TILE, FrequencyImage, cells_of
+from camsim.rendering.waves.levels import reach_of
 from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 
 OF_TOLERANCE = 0.5  # tolerance of the check over that of the image
 COARSER, LONGEST = 1.0, 5.0  # the alternative, if that exceeds the memory limit or this many seconds
 FARTHER, FINER = 1.37, 1.13  # reach of the first level and number of wavelengths, over those of the image
-NEARER = 0.4  # the reach where spikes set it: farther windows take as long as the image
+NEARER = 0.4  # the same of the reach for spikes: farther windows take as long as the image
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
 MANY = 5_000  # edges above which the image's transforms are reused
 PLACES, COUNT, OF_IMAGE = 32, 8, 0.03  # difficult places; cells with the most of them, and their share of the image's
@@ -79,9 +80,9 @@ class FourierCheck:
         shortest_nm = float(self.job.signals.wavelength_nm.min())
         steep = isinstance(lens, OfPupil) and lens.waves_across(shortest_nm) > STEEP
         sides = isinstance(lens, OfPupil) and lens.pupil.shape != "circular"
-        farther = NEARER if sides and not steep else FARTHER
+        nearer = NEARER if sides and not steep else FARTHER
         finer = 1.0 if self._again or steep or sides else FINER
-        return Waves(farther=farther, finer=finer, rougher=1.0 / share).plan(job, fields=fields)
+        return Waves(farther=FARTHER, nearer=nearer, finer=finer, rougher=1.0 / share).plan(job, fields=fields)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to check: all between the difficult places of a few cells."""
@@ -102,12 +103,12 @@ class FourierCheck:
     @property
     def _side(self) -> int:
         """Return the side of a cell, photosites: little longer to compute than one of them."""
-        return int(min(max(OF_REACH * self._image.levels[0].reach, SMALLEST), TILE))
+        return int(min(max(OF_REACH * reach_of(self._image.levels), SMALLEST), TILE))
 
     @property
     def _of_frame(self) -> float:
         """Return a cell's part of the frame, both with what reaches them."""
-        grid, reach = self.job.grid, 2.0 * self._image.levels[0].reach
+        grid, reach = self.job.grid, 2.0 * reach_of(self._image.levels)
         return (self._side + reach) ** 2 / ((grid.rows + reach) * (grid.cols + reach))
 
     @property

@@ -428,7 +428,7 @@ class MixedImage(FrequencyImage):
 
         Images are mixed on coarse points where the mixtures' polynomials grow little on those beyond the frame.
         """
-        each, every = self._far(origin, shape, mixtures.number)
+        each, every = self._far(self.levels[1:], origin, shape, mixtures.number)
         assert each is not None
         half = [max(0.5 * (count - 1), 0.5) for count in shape]
         outside = every * len(self.taps(1)[0])

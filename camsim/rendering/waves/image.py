@@ -71,9 +71,13 @@ class FrequencyImage:
     def planes(self, origin: tuple[float, float], shape: tuple[int, int]) -> Iterator[tuple[slice, slice, F64]]:
         """Yield tiles of the image: rows, columns, and the light (channels, rows, cols) to add to the background."""
         channels = self.sources[0][1].shape[1]
-        far, every = self._far(origin, shape, channels)
+        near = [level for level in self.levels if level.near]
+        far, every = self._far(self.levels[len(near) :], origin, shape, channels)
         for row, col, height, width in tiles(shape):
-            image = self._part(self.levels[0], (origin[0] + col, origin[1] + row), (width, height), channels)
+            at = origin[0] + col, origin[1] + row
+            image = self._part(near[0], at, (width, height), channels)
+            for level in near[1:]:
+                image += self._part(level, at, (width, height), channels)
             part = slice(row, row + height), slice(col, col + width)
             if far is not None:
                 image += self._between(far, every, part)
@@ -94,14 +98,16 @@ class FrequencyImage:
             out[:, here] = image[:, rows[here] - row, cols[here] - col]
         return out
 
-    def _far(self, origin: tuple[float, float], shape: tuple[int, int], channels: int) -> tuple[F64 | None, int]:
-        """Return the sum of all levels but the first, on the second level's points with a margin around the frame.
+    def _far(
+        self, levels: Sequence[Level], origin: tuple[float, float], shape: tuple[int, int], channels: int
+    ) -> tuple[F64 | None, int]:
+        """Return the sum of coarse levels, on the points of the finest with a margin around the frame.
 
         Each level, from the coarsest on, is interpolated to the points of the next finer one and added to it. The
         spacing of the points comes second.
         """
         far, before = None, 1
-        for level in reversed(self.levels[1:]):
+        for level in reversed(levels):
             every, beyond = level.every, len(self.taps(1)[0])
             counts = [-(-n // every) + 2 * beyond for n in shape]
             at = origin[0] - beyond * every, origin[1] - beyond * every

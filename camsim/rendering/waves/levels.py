@@ -10,7 +10,7 @@ sampling in space, whose number of frequencies stays small.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -21,6 +21,7 @@ from camsim.rendering.fast_length import fast_length
 from camsim.rendering.waves.taper import taper, taper_margin, tapered
 
 LOW_SHARE = 0.25  # where a window begins to fall, over its end
+PASSES = 0.3, 0.6  # where that window falls beyond which photosites pass little, cycles/pitch
 NARROWER = 4.0  # ratio of reach between one level and the next
 BESIDE = 3.0  # margin around the light, in periods of the highest frequency: equivalent sources may lie outside it
 # Of a table of shares: per inverse root of the precision, since it is interpolated linearly; least; most.
@@ -49,6 +50,11 @@ class Window:
         end = margin / (reach * (1.0 - LOW_SHARE))
         return cls(LOW_SHARE * end, end, sharpness)
 
+    @classmethod
+    def passed(cls, leak: float) -> Window:
+        """Return a window beyond which photosites pass little; the kernel of what is left is a few pitches long."""
+        return cls(*PASSES, taper_margin(leak)[1])
+
 
 @dataclass(frozen=True, slots=True)
 class Level:
@@ -67,6 +73,11 @@ class Level:
     leaves: Window | None
     every: int = 1
 
+    @property
+    def near(self) -> bool:
+        """Whether it is summed at every photosite, tile by tile."""
+        return self.takes is None or self.cut >= PASSES[1]
+
     def shares(self, precision: float) -> tuple[F64, float]:
         """Return this level's share at evenly spaced frequencies, to interpolate linearly, and points per cycle/pitch.
 
@@ -75,7 +86,8 @@ class Level:
         end = self.cut if self.takes is not None else 0.0 if self.leaves is None else self.leaves.end
         if end == 0.0:
             return np.ones(2), 1.0
-        points = int(min(MOST_POINTS, max(FEWEST_POINTS, POINTS * math.sqrt(1.0 / precision))))
+        narrower = 1.0 if self.leaves is None else max(1.0, end / (NARROWER * self.leaves.end))
+        points = int(min(MOST_POINTS, max(FEWEST_POINTS, POINTS * narrower * math.sqrt(1.0 / precision))))
         frequency = np.linspace(0.0, end, points + 1)
         share = np.ones_like(frequency) if self.takes is None else self.takes.at(frequency)
         if self.leaves is not None:
@@ -132,6 +144,7 @@ def levels_of(
     tail: float,
     extent: float = 0.0,
     width: float = math.inf,
+    passed: float = 0.0,
 ) -> list[Level]:
     """Return the levels of a lens.
 
@@ -142,6 +155,7 @@ def levels_of(
     farthest : distance of the farthest source, pitches
     extent   : extent of the footprint of photosite and low-pass filter, which widens a window's kernel
     width    : diameter of the scenery, if its light falls as the PSF, with the third power of the distance
+    passed   : reach, if farther than the first, of the frequencies that photosites pass
     """
 
     def lost(reach: float) -> float:
@@ -151,7 +165,10 @@ def levels_of(
     if tail == 0.0:
         return [Level(cut, first, None, None)]
     levels: list[Level] = []
-    takes, reach = None, first
+    takes, reach = None, max(first, passed)
+    if passed > first and cut > PASSES[1]:
+        takes = Window.passed(leak)
+        levels.append(Level(cut, first, None, takes))
     while lost(reach) > light and (reach < 4.0 * farthest or lost(reach) > 0.3 * light):
         window = Window.reaching(reach - extent, leak)
         if window.end >= cut:
@@ -161,6 +178,11 @@ def levels_of(
         takes, reach = window, NARROWER * reach
     levels.append(Level(cut if takes is None else takes.end, reach, takes, None, _every(takes)))
     return levels
+
+
+def reach_of(levels: Sequence[Level]) -> float:
+    """Return the reach of the levels that are summed at every photosite, pitches."""
+    return max(level.reach for level in levels if level.near)
 
 
 def _every(takes: Window | None) -> int:

@@ -30,7 +30,7 @@ from camsim.rendering.spectral import Signals, fuse, kinds, wavefront_phase
 from camsim.rendering.waves.edges import EdgeSource
 from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.image import MOST_AT_ONCE, FrequencyImage, Source, summed_shape, tiles
-from camsim.rendering.waves.levels import Level, lattice_of, levels_of
+from camsim.rendering.waves.levels import Level, Window, lattice_of, levels_of, reach_of
 from camsim.rendering.waves.low import WIDER, LowFrequencies
 from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
@@ -125,13 +125,10 @@ class WavesPlan:
     def on_levels(self, sources: Sequence[tuple[Source, F64, Lens]]) -> FrequencyImage:
         """Return the image of sources, each with its weights and lens, on the levels of this plan."""
         job, tolerance = self.job, self._finest
-        cut = max(self._band(lens, weights, tolerance) for _, weights, lens in sources)
-        farthest = max(_farthest(source, job) for source, *_ in sources)
-        width = max(float(np.hypot(*np.subtract(*source.box))) for source, *_ in sources)
         return self.summed(
             sources=sources,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
-            levels=self._levels(cut, farthest, width, self._compact([source.box for source, *_ in sources]), tolerance),
+            levels=self._levels(sources, tolerance),
             leak=OF_LEAK * tolerance,
         )
 
@@ -142,9 +139,9 @@ class WavesPlan:
 
     def _with_far(self, source: Source, levels: Sequence[Level], precision: float) -> Source:
         """Return a source whose far levels take fewer samples."""
-        far, grid = tuple(level.cut for level in levels[1:]), self.job.grid
-        if isinstance(source, FieldSource):
-            reach, first = levels[0].reach + BESIDE_SUPPORT, np.array(grid.first_centre)
+        far, grid = tuple(level.cut for level in levels if not level.near), self.job.grid
+        if far and isinstance(source, FieldSource):
+            reach, first = reach_of(levels) + BESIDE_SUPPORT, np.array(grid.first_centre)
             last = first + np.array([grid.cols - 1, grid.rows - 1])
             source = source.thinning(far, Support(first - reach, last + reach, WIDER * far[0]))
             if source.far:
@@ -215,16 +212,19 @@ class WavesPlan:
         points = sum(float(layer.light.sum()) for layer in self._layers if isinstance(layer, PointLayer))
         return math.hypot(*size.tolist(), math.sqrt(2.0 * points))
 
-    def _levels(self, cut: float, farthest: float, width: float, compact: float, tolerance: float) -> Sequence[Level]:
+    def _levels(self, sources: Sequence[tuple[Source, F64, Lens]], tolerance: float) -> Sequence[Level]:
         job, system = self.job, self.job.system
+        cut = max(self._band(lens, weights, tolerance) for _, weights, lens in sources)
+        farthest = max(_farthest(source, job) for source, *_ in sources)
+        boxes = [source.box for source, *_ in sources]
         pitch_um, extent = job.grid.pitch_um, job.extent
         lens, longest = system.lens, float(job.blur.max())
-        lost, wavelengths = OF_LIGHT * tolerance, job.signals.wavelength_nm
+        lost, leak, wavelengths = OF_LIGHT * tolerance, OF_LEAK * tolerance, job.signals.wavelength_nm
         if isinstance(lens, Fading) and lens.fades and isinstance(lens, KnowsReach) and not system.more:
             reach = (
                 max(lens.reach_um(0.1 * lost, nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
             )
-            return levels_of(cut, reach + extent + self._support, lost, OF_LEAK * tolerance, farthest, 0.0)
+            return levels_of(cut, reach + extent + self._support, lost, leak, farthest, 0.0)
         near = NEAR if max(job.grid.rows, job.grid.cols) <= LARGE else NEAR_OF_LARGE
         tail = 2.0 * CIRCLE_TAIL * longest / (1.0 - _obstruction(lens))
         spot = 0.0
@@ -237,7 +237,12 @@ class WavesPlan:
             )
             tail = CIRCLE_TAIL * longest * around / pupil.area
             spot = 1.5 * max(self._spot_um(nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
-        spikes = self._spikes(longest, OF_SPIKES * self.settings.rougher * tolerance, farthest, width)
+        hardly = spikes = 0.0
+        if self._has_sides:
+            allowed = OF_SPIKES * self.settings.rougher * tolerance
+            again = max(farthest, self._again(boxes, allowed))
+            beyond = max(self._beyond(lens, weights, leak) for _, weights, lens in sources)
+            hardly, spikes = (min(part * self._thrown / allowed, again) for part in (beyond, HIDDEN))
         if job.rings is not None:
             light = np.abs(job.signals.density).sum(axis=(0, 1))
             near = max(near, job.rings.reach(job.blur, light / light.sum(), _strength(job), OF_RINGS * tolerance))
@@ -248,10 +253,11 @@ class WavesPlan:
             _slow(job, followed),
             _kinked(job, tolerance),
             2.0 * longest,
-            spikes,
         )
-        first = self.settings.farther * (near + spot + extent) + self._support
-        return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail, extent, compact)
+        nearer, more = self.settings.nearer, spot + extent
+        first = max(self.settings.farther * (near + more), nearer * (hardly + more)) + self._support
+        passed = nearer * (spikes + more) + self._support
+        return levels_of(cut, first, lost, leak, farthest, tail, extent, self._compact(boxes), passed)
 
     @property
     def _layers(self) -> Sequence[Layer | PointLayer]:
@@ -265,25 +271,20 @@ class WavesPlan:
         )
         return math.sqrt(0.5) * max(each, default=0.0)
 
-    def _spikes(self, longest: float, allowed: float, farthest: float, width: float) -> float:
-        """Return the reach of the first level that diffraction spikes of a polygonal pupil require, pitches.
+    def _beyond(self, lens: Lens, weights: F64, leak: float) -> float:
+        """Return the most that an edge's light beyond the window of what photosites pass can be, of all its light."""
+        frequency, size, footprint = self._passes(lens, weights)
+        beyond = (1.0 - Window.passed(leak).at(frequency)) * size * footprint.max(axis=0)
+        return float((beyond / frequency).sum() * 2.0 * frequency[0] / math.pi)
 
-        A side of length l of a pupil of area a, in half diameters, diffracts (l/2π²a)·λN/r of the light beyond r, in
-        both directions perpendicular to the side; opposite sides add up. Spikes stay as narrow as λN at any distance,
-        so no coarser level can represent them. Two errors follow. The part of a spike that a corner hides beyond the
-        reach is lost. And scenery that ends appears again at every period to both sides: in all, π²/3 of the part of
-        the spike that falls within its width.
+    def _again(self, boxes: Sequence[tuple[F64, F64]], allowed: float) -> float:
+        """Return the reach from which on the spikes of scenery that ends, at all periods, are within the tolerance.
+
+        It appears again at every period to both sides: in all, π²/3 of the part of the spike that falls within its
+        width.
         """
-        lens = self.job.system.lens
-        if not self._has_sides:
-            return 0.0
-        if isinstance(lens, OfPupil):
-            sides = 1.0 if lens.pupil.sides % 2 else 2.0
-            thrown = sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
-        else:
-            thrown = self._thrown
-        again = math.sqrt(math.pi**2 / 3.0 * thrown * width / allowed)
-        return min(HIDDEN * thrown / allowed, max(farthest, again))
+        width = max(float(np.hypot(*np.subtract(*box))) for box in boxes)
+        return math.sqrt(math.pi**2 / 3.0 * self._thrown * width / allowed)
 
     @property
     def _has_sides(self) -> bool:
@@ -298,13 +299,21 @@ class WavesPlan:
         """Share of the tolerance for mixtures: larger where there are no spikes."""
         return OF_MIXTURE + (0.0 if self._has_sides else OF_SPIKES - _share("bent edges"))
 
-    @property
+    @cached_property
     def _thrown(self) -> float:
-        """Light that the straight sides of an unknown pupil throw beyond r, times r in pitches, from its transfer.
+        """Light that the straight sides of a pupil throw beyond r, times r in pitches.
 
-        Near frequency 0 the transfer falls by c(φ)·f. Opposite sides of length l give c a kink perpendicular to them, a
-        step of its slope by 4π² times what they throw.
+        A side of length l of a pupil of area a, in half diameters, diffracts (l/2π²a)·λN/r of the light beyond r, in
+        both directions perpendicular to the side; opposite sides add up. Spikes stay as narrow as λN at any distance,
+        so no coarser level can represent them; the part of a spike that a corner hides beyond the reach is lost.
+
+        Near frequency 0 the transfer of an unknown pupil falls by c(φ)·f. Opposite sides of length l give c a kink
+        perpendicular to them, a step of its slope by 4π² times what they throw.
         """
+        lens = self.job.system.lens
+        if isinstance(lens, OfPupil):
+            sides = 1.0 if lens.pupil.sides % 2 else 2.0
+            return sides * lens.pupil.side_length * float(self.job.blur.max()) / (2.0 * math.pi**2 * lens.pupil.area)
         system, pitch_um = self.job.system, self.job.grid.pitch_um
         nm = float(self.job.signals.wavelength_nm[-1])
         frequency = NEAR_ZERO * system.highest_per_um(np.array([nm]))
@@ -332,7 +341,7 @@ class WavesPlan:
         at, found = np.array(grid.first_centre), []
         whole = 0, 0, grid.rows, grid.cols
         for level in image.levels:
-            for row, col, height, width in tiles((grid.rows, grid.cols)) if level.takes is None else (whole,):
+            for row, col, height, width in tiles((grid.rows, grid.cols)) if level.near else (whole,):
                 here = at + np.array([col, row], float)
                 lattice = lattice_of(level, (width, height), low - here, high - here)
                 found.append((lattice.size, math.prod(summed_shape(lattice, level.every, -(-height // level.every)))))
@@ -383,10 +392,10 @@ class WavesPlan:
         for layer in self._layers:
             decision, reason = layer.said
             yield Decision(topic=layer.kind, decision=decision, reason=reason)
-        if len(image.levels) > 1:
+        if coarser := sum(not level.near for level in image.levels):
             yield Decision(
                 topic="far light",
-                decision=f"beyond {image.levels[0].reach:.3g} photosites on {len(image.levels) - 1} coarser lattices",
+                decision=f"beyond {reach_of(image.levels):.3g} photosites on {coarser} coarser lattices",
                 reason="the lens's tail is smooth there",
             )
         yield Decision(
@@ -441,13 +450,14 @@ class WavesPlan:
 class Waves:
     """The engine of frequency sums, for any source, lens and photosite.
 
-    farther, finer : factors of the first level's reach and of the number of wavelengths; the check uses others than
-                     the image
+    farther, nearer, finer : factors of the first level's reach, of that for spikes, and of the number of wavelengths;
+                             the check uses others than the image
     rougher        : factor of the tolerance for transfer tables, spikes and slow oscillations; the check uses it to
                      keep the image's tolerance
     """
 
     farther: float = 1.0
+    nearer: float = 1.0
     finer: float = 1.0
     rougher: float = 1.0
 

@@ -6,6 +6,7 @@ tables over radius and direction, and a lens known only by its ``otf`` is evalua
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -87,7 +88,7 @@ class Lens:
         share = level.cut / self.pitch_um * float(table.blur_um.min()) / table.outer
         points = max(POLAR_POINTS, min(math.ceil(each * radii * share), MOST_POLAR))
         there, panels = np.full(points + 1, weights.shape[1]), (0.0, 0.0, 1, NO_BORDER)
-        stretched, turn, steps = level.cut, -0.5 * math.pi, self._steps
+        stretched, turn, steps = level.cut, -0.5 * math.pi, _steps(table, self.allowed)
         if table.panels:
             border = np.concatenate([table.border, -table.border[:1]])
             stretched *= float(np.hypot(*table.border.T).max())
@@ -104,20 +105,6 @@ class Lens:
             mixed = in_directions(mixed, steps, turn)
             mixed = np.concatenate([mixed[..., -1:].conj(), mixed, mixed[..., :2].conj()], axis=-1)
         return (_plain(np.moveaxis(mixed, (0, 1), (2, 3))), there), points / stretched, panels
-
-    @cached_property
-    def _steps(self) -> int:
-        """Steps of direction, in half a turn or in a panel, that cubic interpolation needs at any radius."""
-        table = self._table
-        directions = table.values.shape[2]
-        few = table.at(np.linspace(0.0, table.outer / float(table.blur_um.min()), FEW_RADII + 1))
-        if table.panels:
-            # A step beyond a panel must lie close to its Chebyshev nodes: polynomials grow fast outside of them.
-            close = min(max(12, (directions // table.panels // 6) ** 2), MOST_STEPS)
-            return _followed(lambda count: table.in_panels(few, count), close, self.allowed)
-        if directions == 1:
-            return 1
-        return _followed(lambda count: in_directions(few, count, -0.5 * math.pi), max(32, directions), self.allowed)
 
     def size(self, frequency: F64, light: F64) -> F64:
         """Return the largest transfer over all directions at frequencies (n,), cycles/pitch; light: (j,) weights."""
@@ -162,6 +149,20 @@ def _plain(polar: F64 | C128) -> F64 | C128:
     """Return a contiguous table, without imaginary parts if they are all 0."""
     real: F64 = polar.real
     return np.array(polar, complex, order="C") if polar.imag.any() else np.ascontiguousarray(real)
+
+
+@functools.lru_cache(maxsize=64)
+def _steps(table: TransferTable, allowed: float) -> int:
+    """Return the steps of direction, in half a turn or in a panel, that cubic interpolation needs at any radius."""
+    directions = table.values.shape[2]
+    few = table.at(np.linspace(0.0, table.outer / float(table.blur_um.min()), FEW_RADII + 1))
+    if table.panels:
+        # A step beyond a panel must lie close to its Chebyshev nodes: polynomials grow fast outside of them.
+        close = min(max(12, (directions // table.panels // 6) ** 2), MOST_STEPS)
+        return _followed(lambda count: table.in_panels(few, count), close, allowed)
+    if directions == 1:
+        return 1
+    return _followed(lambda count: in_directions(few, count, -0.5 * math.pi), max(32, directions), allowed)
 
 
 def _followed(asked: Callable[[int], F64 | C128], fewest: int, allowed: float) -> int:
