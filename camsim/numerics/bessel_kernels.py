@@ -15,6 +15,7 @@ from camsim.core.kernels import kernel
 FAR, TERMS = 25.0, 9  # argument from which on Hankel's series with this many terms has full precision
 FARTHER, FEWER = 60.0, 4  # and with fewer terms
 SMALLEST, LEAST = 1e-14, 1e-150  # argument taken for 0, and the first of a recurrence
+BEYOND = 11.5  # times x^{1/3}: orders so far beyond x have J_n(x) < 1e-16
 
 
 def _hankel(order: int) -> tuple[list[float], list[float]]:
@@ -80,7 +81,8 @@ def bessel_downwards(k: float, radius: F64, end: np.uint64, j: F64, integral: F6
     for i in range(first, end):
         x = max(k * radius[i], SMALLEST)
         some[0, i], some[1, i], some[2, i], some[3, i], some[4, i], some[5, i] = x, 2.0 / x, 0.0, LEAST, 0.0, 0.0
-    for n in range(int(1.2 * max(float(most), k * radius[end - np.uint64(1)])) + 36, -1, -1):
+    largest = k * radius[end - np.uint64(1)]
+    for n in range(int(max(float(most), largest + BEYOND * largest ** (1.0 / 3.0))) + 4, -1, -1):
         sums, twice, wide = 4 + n % 2, 2.0 * n, False  # Σ J_n of the same parity from here on up
         for i in range(first, end):
             some[sums, i] += some[3, i]

@@ -90,8 +90,8 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
     away = fine.away if fine.away is not None and fine.away.reached_by(curves) else None
     of_far = 0.0 if away is None else FAR_PART * fine.allowed / away.much_of(curves)
 
-    def close(some: _Stretches, pairs: Arcs) -> tuple[np.ndarray, np.ndarray]:
-        """Return which biarcs are good, and which would be but for their area."""
+    def close(some: _Stretches, pairs: Arcs) -> tuple[np.ndarray, np.ndarray, I64]:
+        """Return which biarcs are good, which would be but for their area, and how many parts the others need."""
         off, bend, length, gained = _fit(some, pairs)
         rounding = ROUNDING * extent[some.owner]
         good = (off <= fine.most_off) & (length <= 0.35 * fine.longest)
@@ -108,7 +108,8 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         straight = ~pairs.bend_rad.any(axis=1)
         good |= straight & flat(some) & (off <= STRAIGHT * fine.allowed * fine.longest)
         good &= ROUNDING * _radius(pairs) <= known(some)
-        return good & (bend <= MOST_BEND), fits
+        # Half of it deviates by an eighth.
+        return good & (bend <= MOST_BEND), fits, np.where(off > 4.0 * fine.allowed * fine.longest, 4, 2)
 
     def known(some: _Stretches) -> F64:
         """Return the accuracy that rounding must leave."""
@@ -124,7 +125,7 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
     for turn in range(HALVINGS):
         stretches = _stretches(curves, owner, t0, t1)
         pairs = _pairs(stretches, np.ones(len(owner)))
-        good, fits = close(stretches, pairs)
+        good, fits, parts = close(stretches, pairs)
         # Biarcs with a wrong area get another joint; nearly straight parts and cusps become lines.
         cusps = _room(stretches) <= least
         for others_of, poor in ((_of_one_area, fits), (_lines, flat(stretches) | cusps)):
@@ -142,9 +143,9 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         done.append((t0[good], *picked(pairs, good)))
         if good.all():
             break
-        owner, t0, t1 = np.repeat(owner[~good], 2), np.repeat(t0[~good], 2), np.repeat(t1[~good], 2)
-        middle = 0.5 * (t0 + t1)
-        t1[::2], t0[1::2] = middle[::2], middle[1::2]
+        each = np.repeat(np.flatnonzero(~good), parts[~good])
+        number, owner, step = np.arange(each.size) - np.searchsorted(each, each), owner[each], ((t1 - t0) / parts)[each]
+        t0, t1 = t0[each] + number * step, t0[each] + (number + 1) * step
     begins, owners, *pairs_of = map(np.concatenate, zip(*done, strict=True))
     order = np.lexsort((begins, owners))
     # Pairs are stored as first arcs and second arcs: (n, 2).
@@ -173,17 +174,16 @@ def _places(curves: Curves, owner: I64, t: F64) -> tuple[C128, C128]:
     a, b, c, d = np.moveaxis(p, 1, 0)
     kind, turn = curves.kind[owner][:, None], curves.turn_rad[owner][:, None]
     s = 1.0 - t
-    # De Casteljau's scheme.
-    ab, bc, cd = s * a + t * b, s * b + t * c, s * c + t * d
-    abc, bcd = s * ab + t * bc, s * bc + t * cd
+    ab, bc, cd, ss, st, tt = b - a, c - b, d - c, s * s, s * t, t * t
     cubic, is_round = kind == CUBIC, kind == ARC
-    place, way = np.where(cubic, s * abc + t * bcd, s * a + t * d), np.where(cubic, bcd - abc, d - a)
+    place = np.where(cubic, s * ss * a + 3.0 * s * st * b + 3.0 * t * st * c + t * tt * d, s * a + t * d)
+    way = np.where(cubic, ss * ab + 2.0 * st * bc + tt * cd, d - a)
     if is_round.any():
         cos, sin = np.cos(turn * t), np.sin(turn * t)
         place = np.where(is_round, (a - b) + b * cos + c * sin, place)
         way = np.where(is_round, turn * (c * cos - b * sin), way)
     # If control points coincide, the direction is that of the next ones.
-    none = (np.abs(way) <= 1e-14 * (np.abs(b - a) + np.abs(c - b) + np.abs(d - c))) & cubic
+    none = (np.abs(way) <= 1e-14 * (np.abs(ab) + np.abs(bc) + np.abs(cd))) & cubic
     if none.any():
         way = np.where(none, np.where(t < 0.5, np.where(c != a, c - a, d - a), np.where(d != b, d - b, d - a)), way)
     size = np.abs(way)

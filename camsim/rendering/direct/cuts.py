@@ -1,7 +1,7 @@
 """Cuts of outlines where they cross, touch or overlap one another.
 
-Pairs of touching bounding boxes are found first: of boxes sorted by their left sides, each is tested against those that
-begin within it.
+Touching bounding boxes are found first: of boxes sorted by their left sides, each is tested against those that begin
+within it.
 """
 
 from __future__ import annotations
@@ -16,57 +16,49 @@ from camsim.core.kernels import kernel
 from camsim.rendering.direct.records import Outlines
 
 STEPS = 2  # of Newton's method
+SHORTEST = 0.1  # of a piece, over the distance below which places coincide
 
 
-class Sorted(NamedTuple):
-    """Boxes (n, 4) low x, low y, high x, high y, sorted by low x, and the original index (n,) of each."""
+class Near(NamedTuple):
+    """Neighbours of each box, itself included, in order.
 
-    boxes: F64
-    order: I64
+    begin, other : first entry of each box in ``other``, and the indices of the neighbours
+    """
+
+    begin: I64
+    other: I64
 
     @classmethod
-    def of(cls, boxes: F64) -> Sorted:
-        """Sort boxes (n, 4) by their left sides."""
-        order = np.argsort(boxes[:, 0], kind="stable")
-        return cls(boxes[order], order)
+    def of(cls, boxes: F64) -> Near:
+        """Find the boxes (n, 4) low x, low y, high x, high y that touch; an infinite one touches none."""
+        some = np.flatnonzero(np.isfinite(boxes).all(axis=1))
+        some = some[np.argsort(boxes[some, 0], kind="stable")]
+        by_x, room, count = boxes[some], 8 * some.size, len(boxes)
+        while True:
+            one, two = np.empty((2, room), np.int64)
+            total = _pairs(by_x, one, two)
+            if total <= room:
+                break
+            room = total
+        one, two = some[one[:total]], some[two[:total]]
+        both = np.sort(np.concatenate([some * count + some, one * count + two, two * count + one]))
+        whose, other = np.divmod(both, max(count, 1))
+        return cls(np.searchsorted(whose, np.arange(count + 1)), other)
 
 
 @kernel()
-def touching(by_x: Sorted, k: int, found: I64) -> int:
-    """Write the boxes after the ``k``-th that touch it, so that each pair is found once; return their number."""
-    count, boxes = 0, by_x.boxes
-    _, y0, x1, y1 = boxes[k]
-    for other in range(k + 1, len(boxes)):
-        if boxes[other, 0] > x1:
-            break
-        if boxes[other, 1] <= y1 and boxes[other, 3] >= y0:
-            found[count] = by_x.order[other]
-            count += 1
-    return count
-
-
-def pairs(by_x: Sorted) -> tuple[I64, I64]:
-    """Return all pairs of touching boxes, each once."""
-    boxes = len(by_x.boxes)
-    found, room = np.empty(boxes, np.int64), 8 * boxes
-    while True:
-        one, two = np.empty((2, room), np.int64)
-        total = _pairs(by_x, found, one, two)
-        if total <= room:
-            return one[:total], two[:total]
-        room = total
-
-
-@kernel()
-def _pairs(by_x: Sorted, found: I64, one: I64, two: I64) -> int:
-    """Write pairs up to the arrays' size; return the number of all pairs."""
+def _pairs(by_x: F64, one: I64, two: I64) -> int:
+    """Write pairs of touching boxes, sorted by low x, up to the arrays' size; return the number of all pairs."""
     total = 0
-    for e in range(len(by_x.boxes)):
-        count = touching(by_x, e, found)
-        for k in range(count):
-            if total < one.size:
-                one[total], two[total] = by_x.order[e], found[k]
-            total += 1
+    for e in range(len(by_x)):
+        _, low, right, high = by_x[e]
+        for f in range(e + 1, len(by_x)):
+            if by_x[f, 0] > right:
+                break
+            if by_x[f, 1] <= high and by_x[f, 3] >= low:
+                if total < one.size:
+                    one[total], two[total] = e, f
+                total += 1
     return total
 
 
@@ -167,7 +159,7 @@ def _both(o: Outlines, e: int, f: int, x: float, y: float, room: float, same: fl
 
 
 @kernel()
-def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
+def _crossings(o: Outlines, ends: F64, e: int, f: int, same: float, out: F64) -> int:
     """Write where part ``e`` meets part ``f``, as fractions of ``e``; return how many (at most six)."""
     count = 0
     if o.turn_rad[e] == 0.0 and o.turn_rad[f] == 0.0:
@@ -214,52 +206,60 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
                     count = _both(o, e, f, x, y, room, same, out, count)
     # End points of the other part: parts that overlap along their length do not cross.
     if abs(o.turn_rad[f]) < math.tau * (1.0 - 1e-15):
-        for t in (0.0, 1.0):
-            x, y, _, _ = place_at(o, f, t)
-            count = _add(o, e, x, y, same, out, count)
+        for k in (0, 2):
+            count = _add(o, e, ends[f, k], ends[f, k + 1], same, out, count)
     return count
 
 
-def _cuts(o: Outlines, by_x: Sorted, same: F64) -> tuple[I64, F64]:
+@kernel()
+def _apart(o: Outlines, e: int, box: F64) -> bool:
+    """Return whether a part's line or circle clearly misses a box (4,)."""
+    off = off_of(o, e, 0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3]))
+    away: bool = off > 0.51 * math.hypot(box[2] - box[0], box[3] - box[1])
+    return away
+
+
+def _cuts(o: Outlines, ends: F64, boxes: F64, near: Near, same: F64) -> tuple[I64, F64]:
     """Return all cuts: the part of each (n,), and its position as a fraction of it (n,)."""
-    parts = len(o.x)
-    found, room = np.empty(parts, np.int64), 16 * parts
+    room = 16 * len(o.x)
     while True:
         owner, places = np.empty(room, np.int64), np.empty(room)
-        total = _cut(o, by_x, same, found, np.empty(8), owner, places)
+        total = _cut(o, ends, boxes, near, same, np.empty(8), owner, places)
         if total <= room:
             return owner[:total], places[:total]
         room = total
 
 
 @kernel()
-def _cut(o: Outlines, by_x: Sorted, same: F64, found: I64, out: F64, owner: I64, places: F64) -> int:
+def _cut(o: Outlines, ends: F64, boxes: F64, near: Near, same: F64, out: F64, owner: I64, places: F64) -> int:
     """Write cuts up to the arrays' size; return the number of all cuts."""
     total = 0
-    for first in range(len(o.x)):
-        count, a = touching(by_x, first, found), by_x.order[first]
-        for k in range(count):
-            b = found[k]
-            for e, f in ((a, b), (b, a)):
-                cuts = _crossings(o, e, f, max(same[e], same[f]), out)
-                for cut in range(cuts):
-                    if total < places.size:
-                        owner[total], places[total] = e, out[cut]
-                    total += 1
+    for e in range(len(o.x)):
+        for k in range(near.begin[e], near.begin[e + 1]):
+            f = near.other[k]
+            if e == f or _apart(o, e, boxes[f]) or _apart(o, f, boxes[e]):
+                continue
+            cuts = _crossings(o, ends, e, f, max(same[e], same[f]), out)
+            for cut in range(cuts):
+                if total < places.size:
+                    owner[total], places[total] = e, out[cut]
+                total += 1
     return total
 
 
-def pieces_between_cuts(o: Outlines, boxes: F64, same: F64) -> tuple[I64, F64, F64]:
+def pieces_between_cuts(o: Outlines, ends: F64, boxes: F64, near: Near, same: F64) -> tuple[I64, F64, F64]:
     """Return the pieces between all cuts: the part of each, and its start and end as fractions of the part.
 
-    boxes, same : (n, 4) of each part, and (n,) distance below which places coincide
+    ends, boxes, same : (n, 4) of each part, and (n,) distance below which places coincide
+    near : parts with touching boxes
     """
-    cut_owner, places = _cuts(o, Sorted.of(boxes + same[:, None] * np.array([-1.0, -1.0, 1.0, 1.0])), same)
+    cut_owner, places = _cuts(o, ends, boxes, near, same)
     parts = np.arange(len(same))
     owner = np.concatenate([parts, parts, cut_owner])
     ends = np.concatenate([np.zeros(len(same)), np.ones(len(same)), places])
     order = np.lexsort((ends, owner))
     owner, ends = owner[order], ends[order]
     low, high = ends[:-1], ends[1:]
-    real = (owner[:-1] == owner[1:]) & (high > low)
+    # A piece no longer than rounding has no direction.
+    real = (owner[:-1] == owner[1:]) & ((high - low) * o.length[owner[:-1]] > SHORTEST * same[owner[:-1]])
     return owner[:-1][real], low[real], high[real]

@@ -27,7 +27,7 @@ from camsim.scene import Scene
 from camsim.scene.arcs import Fineness
 
 OF_TOLERANCE = 0.3  # error of the check over the tolerance
-OF_RINGS, OF_TABLE, OF_PANELS, OF_FIELDS = 0.4, 0.3, 0.05, 0.15  # shares of that
+OF_RINGS, OF_TABLE, OF_PANELS, OF_FIELDS = 0.4, 0.4, 0.05, 0.15  # shares of that
 OF_CURVES = 1.0  # over that: the bound on the light between a curve and its arcs, which is ten times the light
 OF_POINT = 20.0  # times a point's area: error of its light over that of an edge's, from the same rows
 MOST_NODES = 24  # of a panel

@@ -151,7 +151,7 @@ class Fields:
         if not points:
             return []
         fine = Fineness(1.0 / self.highest, OF_HIDING * self.allowed)
-        shapes, _, _ = shapes_of(self.scene.framed(0.5), self.pitch_um, fine)
+        shapes, _ = shapes_of(self.scene.framed(0.5), self.pitch_um, fine)
         begins = np.cumsum([0, *(len(flattened([shape])) for shape in self.scene.framed(0.5).shapes)])
         at = np.array([one.centre_um for _, one in points]) / self.pitch_um
         hidden = np.zeros(len(points), bool)

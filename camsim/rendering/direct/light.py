@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.numerics.matrix_products import product
+from camsim.numerics.matrix_products import product, real_product
 from camsim.numerics.quadrature import chebyshev, interpolation
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.rendering.direct.scenery import Pieces
@@ -16,9 +16,9 @@ from camsim.rendering.direct.spread import fades, smooth_energy
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
 
-FEWEST, MORE = 12, 8  # nodes: at least, and in addition to half a node per radian
+FEWEST, MORE = 12, 4  # nodes: at least, and in addition to half a node per radian
 NEAREST, FARTHEST, STEP, EACH = 4.0, 1200.0, 1.2, 8  # distances in λN of the search, their ratio, and places in each
-SAME_PHASE = 1.0  # radians
+SAME_PHASE = 2.0  # radians
 AT_ONCE = 3  # distances at which coherence is summed
 OF_LINE = 0.2  # ringing of a line over that of a whole circle, times the root of the distance in λN
 OF_CIRCLES = 0.3  # of the allowed error for each circle: their rings meet at the centre
@@ -107,7 +107,7 @@ def counted_until(
 
 
 def _in_step(breaks: Sequence[float], blur: F64, contrast: F64, places: F64) -> F64:
-    """Return the largest coherence (n,) of a spectrum's ringing over places (n, m), pitches: 1 if all is in phase.
+    """Return the largest coherence (n,) of a spectrum's ringing over even places (n, m), pitches; 1: all in phase.
 
     breaks : of the transfer, in units of 1/λN;  blur: λN at all wavelengths, pitches
     """
@@ -121,9 +121,11 @@ def _in_step(breaks: Sequence[float], blur: F64, contrast: F64, places: F64) -> 
     per_pitch /= np.diff(first, append=blur.size)
     most = np.zeros(places.size)
     for u in breaks:
-        phases = np.outer(u * per_pitch, places)
-        sums = product(signals, np.cos(phases)) ** 2 + product(signals, np.sin(phases)) ** 2
-        most = np.maximum(most, np.sqrt(sums.max(axis=0, initial=0.0)))
+        waves = np.empty((*per_pitch.shape, *places.shape), complex)
+        waves[..., 0] = np.exp(1j * np.outer(u * per_pitch, places[:, 0]))
+        waves[..., 1:] = np.exp(1j * np.outer(u * per_pitch, places[:, 1] - places[:, 0]))[..., None]
+        waves = np.asarray(np.cumprod(waves, axis=-1), complex).reshape(len(waves), -1)
+        most = np.maximum(most, np.abs(real_product(signals, waves)).max(axis=0, initial=0.0))
     found: F64 = np.minimum(most, 1.0).reshape(places.shape).max(axis=1, initial=0.0)
     return found
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel, shared
-from camsim.rendering.direct.cuts import lies_on, place_at
+from camsim.rendering.direct.cuts import Near, lies_on, place_at
 from camsim.rendering.direct.records import Outlines, Owners
 
 # In units of the distance below which places coincide. The visible shapes are sampled at OFFSET on either side of a
@@ -30,29 +30,37 @@ class Rows(NamedTuple):
     highest: F64
 
     @classmethod
-    def of(cls, owners: Owners, boxes: F64, same: F64) -> Rows:
-        """Sort parts; boxes: (n, 4) of each part; same: (n,) distance below which places coincide."""
+    def of(cls, owners: Owners, bounds: F64) -> Rows:
+        """Sort parts; bounds: (n, 4) of each part."""
         fill = np.repeat(np.arange(len(owners.part) - 1), np.diff(owners.part))
-        low, high = boxes[:, 1] - 2.0 * WIDE_OFFSET * same, boxes[:, 3] + 2.0 * WIDE_OFFSET * same
-        part = np.lexsort((low, fill))
-        highest = high[part]
+        part = np.lexsort((bounds[:, 1], fill))
+        highest = bounds[part, 3]
         for one in np.split(highest, owners.part[1:-1]):
             np.maximum.accumulate(one, out=one)
-        return cls(part, low[part], highest)
+        return cls(part, bounds[part, 1], highest)
 
 
 class Shapes(NamedTuple):
     """All shapes of a scene in painter's order, pitches.
 
-    same  : (parts,) distance below which places coincide
-    boxes : (primitives, 4) bounds of the region that each covers: low x, low y, high x, high y
+    same   : (parts,) distance below which places coincide
+    bounds : (parts, 4) bounds of each, with a margin: low x, low y, high x, high y
+    boxes  : (primitives, 4) bounds of the region that each covers
     """
 
     parts: Outlines
     owners: Owners
     rows: Rows
     same: F64
+    bounds: F64
     boxes: F64
+
+
+@kernel(forceinline=True)
+def _within(box: F64, x: float, y: float, same: float) -> bool:
+    """Return whether a place lies within ``same`` of a box (4,)."""
+    inside: bool = box[0] - same <= x <= box[2] + same and box[1] - same <= y <= box[3] + same
+    return inside
 
 
 @kernel()
@@ -77,7 +85,8 @@ def _winds(s: Shapes, fill: int, x: float, y: float) -> int:
         f = s.rows.part[k]
         x0, y0, x1, y1 = s.owners.ends[f]
         side = (x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)
-        if o.turn_rad[f] != 0.0 and math.hypot(x - o.x[f], y - o.y[f]) < o.dx[f]:
+        round_ = o.turn_rad[f] != 0.0 and _within(s.bounds[f], x, y, 0.0)
+        if round_ and math.hypot(x - o.x[f], y - o.y[f]) < o.dx[f]:
             whole = abs(o.turn_rad[f]) >= math.tau * (1.0 - 1e-15)
             # Between the chord and its arc. A place on the chord is right of it unless the test below counts it as
             # left; a level chord counts as if the place were above it.
@@ -110,31 +119,25 @@ def _covers(s: Shapes, primitive: int, x: float, y: float) -> bool:
     return True
 
 
-class Near(NamedTuple):
-    """Neighbours of each primitive in painter's order, itself included.
-
-    begin, other : first entry of each primitive in ``other``, and the indices of the neighbours
-    """
-
-    begin: I64
-    other: I64
-
-
-@kernel(forceinline=True)
-def _within(box: F64, x: float, y: float, same: float) -> bool:
-    """Return whether a place lies within ``same`` of a box (4,)."""
-    inside: bool = box[0] - same <= x <= box[2] + same and box[1] - same <= y <= box[3] + same
-    return inside
-
-
 @kernel()
-def _visible(s: Shapes, near: Near, primitive: int, x: float, y: float) -> int:
-    """Return the last neighbour of a primitive that covers a place, or −1."""
+def _visible(
+    s: Shapes, near: Near, primitive: int, place: tuple[float, float, float, float], alone: bool
+) -> tuple[int, int]:
+    """Return the last neighbours of a primitive that cover the places left and right of its outline, or −1.
+
+    place : x, y on the outline, and the vector to the left;  alone: whether no other outline passes there
+    """
+    (x, y, to_x, to_y), left, right = place, -1, -1
     for k in range(near.begin[primitive + 1] - 1, near.begin[primitive] - 1, -1):
         j = near.other[k]
-        if _within(s.boxes[j], x, y, 0.0) and _covers(s, j, x, y):
-            return int(j)
-    return -1
+        if not _within(s.boxes[j], x, y, abs(to_x) + abs(to_y)):
+            continue
+        one = _covers(s, j, x + to_x, y + to_y)
+        two = one if alone and j != primitive else _covers(s, j, x - to_x, y - to_y)
+        left, right = int(j) if one and left < 0 else left, int(j) if two and right < 0 else right
+        if left >= 0 and right >= 0:
+            break
+    return left, right
 
 
 @kernel()
@@ -148,7 +151,7 @@ def _clipped(s: Shapes, primitive: int, place: tuple[float, float, float, float,
 
 @kernel()
 def _others(
-    s: Shapes, near: Near, primitive: int, e: int, place: tuple[float, float, float, float, float]
+    s: Shapes, touching: Near, whose: I64, e: int, place: tuple[float, float, float, float, float]
 ) -> tuple[int, bool, float]:
     """Return the number of other parts that coincide with part ``e`` at a place, whether to skip ``e``, and a distance.
 
@@ -158,40 +161,32 @@ def _others(
     place : x, y, largest distance of coincident parts, and the vector to a place beyond them
     """
     x, y, most = place[:3]
-    if not _within(s.boxes[primitive], x, y, most) or _clipped(s, primitive, place):
+    if not _within(s.boxes[whose[e]], x, y, most) or _clipped(s, whose[e], place):
         return 0, True, s.same[e]
     count, earlier, coarsest = 0, False, s.same[e]
-    for k in range(near.begin[primitive], near.begin[primitive + 1]):
-        j = near.other[k]
-        if not _within(s.boxes[j], x, y, most):
+    for k in range(touching.begin[e], touching.begin[e + 1]):
+        f = touching.other[k]
+        if f == e or not _within(s.bounds[f], x, y, 0.0) or not _within(s.boxes[whose[f]], x, y, most):
             continue
-        here, before = 0, False
-        for fill in range(s.owners.fill[s.owners.layer[j]], s.owners.fill[s.owners.layer[j + 1]]):
-            begin = s.owners.part[fill]
-            for p in range(_after(s.rows, begin, s.owners.part[fill + 1], y) - 1, begin - 1, -1):
-                if s.rows.highest[p] < y:
-                    break
-                f = s.rows.part[p]
-                if f != e and lies_on(s.parts, f, x, y, COINCIDENT * max(s.same[e], s.same[f])):
-                    here += 1
-                    before |= f < e
-                    coarsest = max(coarsest, s.same[f])
-        if here > 0 and (j == primitive or not _clipped(s, j, place)):
-            count += here
-            earlier |= before
+        if lies_on(s.parts, f, x, y, COINCIDENT * max(s.same[e], s.same[f])):
+            coarsest = max(coarsest, s.same[f])
+            if whose[f] == whose[e] or not _clipped(s, whose[f], place):
+                count += 1
+                earlier |= f < e
     return count, earlier, coarsest
 
 
-def sides_of(s: Shapes, near: Near, piece: tuple[I64, F64, F64], of: I64) -> tuple[I64, I64]:
+def sides_of(s: Shapes, near: Near, touching: Near, piece: tuple[I64, F64, F64], of: I64) -> tuple[I64, I64]:
     """Return the spectra to the left and right of every piece; equal where another piece represents it.
 
+    near, touching : of primitives, and of parts
     piece : part (n,), start and end (n,);  of: (primitives,) spectrum of each
     """
     left, right = np.zeros((2, len(piece[0])), np.int64)
     whose, most = s.owners.primitive, float(s.same.max(initial=0.0))
 
     def work(begin: int, end: int) -> None:
-        _sides_of(begin, end, s, near, piece, (whose, of, most), (left, right))
+        _sides_of(begin, end, s, near, touching, piece, (whose, of, most), (left, right))
 
     shared(len(left), work, least=PIECES_AT_ONCE)
     return left, right
@@ -203,6 +198,7 @@ def _sides_of(
     end: int,
     s: Shapes,
     near: Near,
+    touching: Near,
     piece: tuple[I64, F64, F64],
     parts: tuple[I64, I64, float],
     sides: tuple[I64, I64],
@@ -218,15 +214,14 @@ def _sides_of(
             length = math.hypot(dx, dy)
             nx, ny = -dy / length, dx / length
             place = x, y, COINCIDENT * most, WIDE_OFFSET * same * nx, WIDE_OFFSET * same * ny
-            count, earlier, coarsest = _others(s, near, whose[e], e, place)
+            count, earlier, coarsest = _others(s, touching, whose, e, place)
             if count >= fewest:
                 continue
             fewest = count
             left[p] = right[p] = 0
             offset = WIDE_OFFSET * coarsest if count else OFFSET * same
             if not earlier:
-                one = _visible(s, near, whose[e], x + offset * nx, y + offset * ny)
-                two = _visible(s, near, whose[e], x - offset * nx, y - offset * ny)
+                one, two = _visible(s, near, whose[e], (x, y, offset * nx, offset * ny), count == 0)
                 left[p] = of[one] if one >= 0 else 0
                 right[p] = of[two] if two >= 0 else 0
             if count == 0:

@@ -12,6 +12,7 @@ from camsim.rendering.direct.cuts import place_at
 from camsim.rendering.direct.records import POWERS, Nodes, Outlines, Table
 
 FAR_LENGTH, FAR_NODES = 0.5, 4  # the longest far panel, over its distance, and its nodes
+FEW_LENGTH, FEW_NODES = 0.06, 2  # the longest for which fewer are as exact
 MOST_TURN = 1.0  # largest angle of a panel of an arc, radians
 DEEP = 96  # size of the stack of halved panels
 
@@ -151,7 +152,7 @@ def along_outlines(
                     depth += 2
                     continue
                 if is_far:
-                    order = FAR_NODES
+                    order = FEW_NODES if long <= FEW_LENGTH * nearest else FAR_NODES
                     x0, y0, _, _ = place_at(o, e, t0)
                     x1, y1, _, _ = place_at(o, e, t1)
                     r, r1 = math.hypot(x0 - px, y0 - py), math.hypot(x1 - px, y1 - py)

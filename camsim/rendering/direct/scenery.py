@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.core.arrays import F64, I64, picked
-from camsim.rendering.direct.cuts import Sorted, pairs, pieces_between_cuts
-from camsim.rendering.direct.painter import OFFSET, Near, Rows, Shapes, sides_of
+from camsim.rendering.direct.cuts import Near, pieces_between_cuts
+from camsim.rendering.direct.painter import OFFSET, WIDE_OFFSET, Rows, Shapes, sides_of
 from camsim.rendering.direct.records import Outlines, Owners
 from camsim.scene import Primitive, Scene, flattened
 from camsim.scene.arcs import Arcs, Fineness, arcs_of
@@ -26,8 +26,8 @@ from camsim.spectra.curve import Spectrum
 # Distance below which places coincide: pitches, and a share of the largest coordinate, whose last bits are rounding.
 # Outlines that cross at a small angle coincide over many times this length, and an edge may be lost there.
 SAME, SAME_SHARE = 1e-12, 1e-12
-SHORTEST = 0.1  # over that distance: shorter pieces have no direction
 OF_CUSPS = 0.02  # share of the error for cusps that a line replaces, at most the square of their size
+OUTWARD = np.array([-1.0, -1.0, 1.0, 1.0])  # of a box
 NO_ARCS = Arcs(np.empty(0, np.int64), np.empty(0, complex), np.empty(0, complex), np.empty(0))
 
 
@@ -41,17 +41,17 @@ class Pieces(NamedTuple):
 
 def pieces_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Pieces, tuple[Spectrum, ...]]:
     """Return the pieces of a scene, pitches, and its spectra, the background first."""
-    shapes, boxes, primitives = shapes_of(scene, pitch_um, fine)
+    shapes, primitives = shapes_of(scene, pitch_um, fine)
     outlines, spectra = shapes.parts, {scene.background: 0}
     of_primitive = np.array([spectra.setdefault(one.reflectance, len(spectra)) for one in primitives], np.int64)
     if not len(outlines.x):
         nothing = np.empty(0, np.int64)
         return Pieces(outlines, nothing, nothing), tuple(spectra)
-    near = _neighbours(shapes.boxes, 4.0 * OFFSET * float(shapes.same.max()))
-    owner, low, high = pieces_between_cuts(outlines, boxes, shapes.same)
-    left, right = sides_of(shapes, near, (owner, low, high), of_primitive)
-    # A piece no longer than rounding has no direction.
-    visible = (left != right) & ((high - low) * outlines.length[owner] > SHORTEST * shapes.same[owner])
+    near = Near.of(shapes.boxes + 4.0 * OFFSET * float(shapes.same.max()) * OUTWARD)
+    touching = Near.of(shapes.bounds)
+    owner, low, high = pieces_between_cuts(outlines, shapes.owners.ends, shapes.bounds, touching, shapes.same)
+    left, right = sides_of(shapes, near, touching, (owner, low, high), of_primitive)
+    visible = left != right
     owner, low, high = owner[visible], low[visible], high[visible]
     return Pieces(_between(picked(outlines, owner), low, high), left[visible], right[visible]), tuple(spectra)
 
@@ -69,8 +69,8 @@ def _between(part: Outlines, low: F64, high: F64) -> Outlines:
     )
 
 
-def shapes_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Shapes, F64, list[Primitive]]:
-    """Return all shapes, pitches, the bounding boxes (n, 4) of their parts, and their primitives."""
+def shapes_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Shapes, list[Primitive]]:
+    """Return all shapes, pitches, and their primitives."""
     primitives = flattened(scene.shapes)
     fills = [fill for one in primitives for fill in one.fills]
     curves = joined([fill.curves for fill in fills])
@@ -85,12 +85,12 @@ def shapes_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Shapes, F6
         even_odd=np.array([fill.rule == "evenodd" for fill in fills], bool),
         ends=ends,
     )
-    boxes = _boxes_of(outlines)
+    boxes = _boxes_of(outlines, ends)
     # Points of an arc have the rounding of its centre and its radius.
     size = np.maximum(np.abs(outlines.x) + np.where(outlines.turn_rad == 0.0, 0.0, outlines.dx), np.abs(outlines.y))
     same = np.maximum(np.maximum(SAME, SAME_SHARE * np.abs(boxes).max(axis=1)), 1e-14 * size)
-    rows = Rows.of(owners, boxes, same)
-    return Shapes(outlines, owners, rows, same, _boxes_about(boxes, owners)), boxes, primitives
+    bounds = boxes + 2.0 * WIDE_OFFSET * same[:, None] * OUTWARD
+    return Shapes(outlines, owners, Rows.of(owners, bounds), same, bounds, _boxes_about(boxes, owners)), primitives
 
 
 def _firsts(counts: Sequence[int]) -> I64:
@@ -126,9 +126,9 @@ def _parts_of(curves: Curves, fine: Fineness) -> tuple[Outlines, F64, I64]:
     return Outlines(*(column[order] for column in columns)), ends[order].view(np.float64), counts
 
 
-def _boxes_of(o: Outlines) -> F64:
+def _boxes_of(o: Outlines, ends: F64) -> F64:
     """Return the bounding box (n, 4) of each part: low x, low y, high x, high y."""
-    places = np.stack([o.at(0.0), o.at(0.5), o.at(1.0)])
+    places = np.stack([ends[:, :2], o.at(0.5), ends[:, 2:]])
     # An arc of up to half a turn lies within its sagitta of the box of its chord and middle; others use the circle.
     turn, centre, radius = np.abs(o.turn_rad)[:, None], np.stack([o.x, o.y], axis=1), o.dx[:, None]
     short, height = turn <= np.pi, radius * (1.0 - np.cos(0.5 * np.minimum(turn, np.pi)))
@@ -150,14 +150,3 @@ def _boxes_about(boxes: F64, owners: Owners) -> F64:
     some = (low <= high).all(axis=1)
     around[filled[some]] = np.concatenate([low, high], axis=1)[some]
     return around
-
-
-def _neighbours(boxes: F64, same: float) -> Near:
-    """Return for each primitive those with touching boxes, itself included, in painter's order."""
-    some = np.flatnonzero(np.isfinite(boxes).all(axis=1))
-    if some.size < 2:
-        return Near(np.searchsorted(some, np.arange(len(boxes) + 1)), some)
-    a, b = pairs(Sorted.of(boxes[some] + same * np.array([-1.0, -1.0, 1.0, 1.0])))
-    one, two = np.concatenate([some, some[a], some[b]]), np.concatenate([some, some[b], some[a]])
-    sort = np.lexsort((two, one))
-    return Near(np.searchsorted(one[sort], np.arange(len(boxes) + 1)), two[sort])

@@ -11,6 +11,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -26,6 +27,7 @@ from camsim.rendering.direct.spread_kernels import ROWS, fill_rows
 
 SERIES_NODES, OF_BREAK, OF_EXTENT = 14, 0.2, 0.4  # of a transfer's series at 0, and the range of its fit
 MOST_NODES = 48  # of one panel of frequencies
+FEWER = 0.75  # nodes of a zone, over those of the next, that are worth transfers of their own
 # Of many wavelengths, breaks are merged where closer than a share of the band: at most, and by the allowed error to the
 # power 0.6. Panels then get so many nodes besides those for their phase, not three. Curves with bends have more breaks.
 FEW_BREAKS, NEAREST, MERGED, MORE_NODES, SMOOTH, MANY_BREAKS = 8, 1.0 / 12.0, 1200.0, 6, 3, 64
@@ -36,7 +38,7 @@ FIRST_ZONE, WIDER, ENOUGH = 8.0, 3.0, 1.3  # zones of equal density: first, in p
 FEW_HARMONICS = 3.0  # radians of phase with hardly a harmonic
 ROUNDING = 1e-13  # of sums, and of places in the band, relative
 NOTHING = 1e-300  # keeps a quotient of zeros finite
-OF_POWER, OF_DENSITY = 0.1, 0.1  # error of leaving out a power of 1/r, and signals, in units of a table's
+OF_POWER, OF_DENSITY, OF_HARMONIC = 0.1, 0.1, 0.5  # error of leaving out powers of 1/r, signals and harmonics, over its
 FIRST_POWER, OF_MOMENTS = 0.2, 4.0  # light beyond a distance in λN; allowed error, in units of a table's
 MOST_CACHED = 12  # tables, some MB each: those of one camera's channels and pictures
 
@@ -114,6 +116,9 @@ def _made(
     assert isinstance(system.lens, RoundLens)
     nearest = _nearest(len(system.lens.pattern().breaks), len(breaks), allowed)
     rules = [_frequencies(breaks, highest, end + extent, allowed, highest * nearest) for end in stops]
+    # A zone whose rule is hardly smaller shares that of the next.
+    which = np.cumsum([0, *(one.size < FEWER * other.size for (one, _), (other, _) in pairwise(rules))])
+    rules = [rules[int(np.flatnonzero(which == k)[-1])] for k in range(which[-1] + 1)]
     # A transfer's series at 0 gives the tail.
     series_until = min(OF_BREAK * breaks.min(initial=highest), OF_EXTENT / extent if extent else math.inf)
     low = 0.5 * series_until * (1.0 + chebyshev(SERIES_NODES))
@@ -126,7 +131,7 @@ def _made(
     beyond = 8.0 * (math.cbrt(phase) + 1.0) * min(math.log10(allowed) / math.log10(ROUNDING), 1.0)
     angles = 2 * math.ceil(phase + beyond) if extent else 1
     around = _around(system, pitch_um, spline, f, angles=angles)
-    orders, sines = _harmonics(around[..., last], np.abs(curves[:, last]).max(axis=0), allowed)
+    orders, sines = _harmonics(around[..., last], np.abs(curves[:, last]).max(axis=0), OF_HARMONIC * allowed)
     shapes = np.concatenate([around[0, orders[: len(orders) - sines]], around[1, orders[len(orders) - sines :]]])
     # ∫ J_m(x) x dx over all x is m.
     weighted = shapes[:, last] * (rules[-1][1] / f[last])
@@ -140,9 +145,10 @@ def _made(
     for zone, (start, end, rate) in enumerate(zip(starts, stops, per_pitch, strict=True)):
         r, step = start + np.arange(math.ceil((end - start) * rate) + 1) / rate, 1.0 / rate
         first.append(first[-1] + r.size)
-        here = slice(begins[zone], begins[zone + 1])
+        rule = int(which[zone])
+        here = slice(begins[rule], begins[rule + 1])
         found = np.zeros((4, len(orders), len(few), r.size))
-        k, weight = 2.0 * math.pi * f[here], 2.0 * math.pi * f[here] * rules[zone][1]
+        k, weight = 2.0 * math.pi * f[here], 2.0 * math.pi * f[here] * rules[rule][1]
         each = np.ascontiguousarray(shapes[:, here]), np.ascontiguousarray(curves[:, here].T)
         work = functools.partial(fill_rows, r, k, weight, *each, orders, bool((orders % 2).any()), found)
         shared(r.size, work, least=ROWS)
