@@ -87,7 +87,7 @@ class TransferTable:
     @cached_property
     def _plain(self) -> F64 | C128:
         """The values, without imaginary parts if they are all 0."""
-        return self.values if self.values.imag.any() else self.values.real
+        return self.values if self.values.imag.any() else np.ascontiguousarray(self.values.real)
 
     def in_panels(self, values: F64 | C128, each: int) -> F64 | C128:
         """Return transfers (…, panels, each + 3) in evenly spaced directions from a step before each panel.
