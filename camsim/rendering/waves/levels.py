@@ -168,6 +168,7 @@ def levels_of(
     takes, reach = None, max(first, passed)
     if passed > first and cut > PASSES[1]:
         takes = Window.passed(leak)
+        first = max(first, taper_margin(leak)[0] / (takes.end - takes.begin) + extent)
         levels.append(Level(cut, first, None, takes))
     while lost(reach) > light and (reach < 4.0 * farthest or lost(reach) > 0.3 * light):
         window = Window.reaching(reach - extent, leak)
