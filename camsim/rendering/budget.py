@@ -58,7 +58,7 @@ FREQUENCIES: dict[Source, Share] = {
     ),
     "transfers": Share(0.15, "tables of the lens's transfer, and integrals over its pupil, tested between nodes"),
     "spreading": Share(0.02, "precision of the non-uniform transforms of edges, pictures and points"),
-    "mixtures": Share(0.06, "colours computed as mixtures of fewer; 0.28 where there are no spikes"),
+    "mixtures": Share(0.06, "colours computed as mixtures of fewer; 0.28 without spikes or an obstruction"),
     "spikes": Share(0.27, "light that a pupil's straight sides throw beyond their level: 2/5 of it"),
     "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of the sagitta × line spread"),
 }

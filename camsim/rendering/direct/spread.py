@@ -38,7 +38,7 @@ FIRST_ZONE, WIDER, ENOUGH = 8.0, 3.0, 1.3  # zones of equal density: first, in p
 FEW_HARMONICS = 3.0  # radians of phase with hardly a harmonic
 ROUNDING = 1e-13  # of sums, and of places in the band, relative
 NOTHING = 1e-300  # keeps a quotient of zeros finite
-OF_POWER, OF_DENSITY, OF_HARMONIC = 0.1, 0.1, 0.5  # error of leaving out powers of 1/r, signals and harmonics, over its
+OF_POWER, OF_DENSITY, OF_HARMONIC = 0.07, 0.1, 0.5  # error of a table's powers of 1/r, signals and harmonics, over its
 FIRST_POWER, OF_MOMENTS = 0.2, 4.0  # light beyond a distance in λN; allowed error, in units of a table's
 MOST_CACHED = 12  # tables, some MB each: those of one camera's channels and pictures
 

@@ -296,8 +296,9 @@ class WavesPlan:
 
     @property
     def _of_mixtures(self) -> float:
-        """Share of the tolerance for mixtures: larger where there are no spikes."""
-        return OF_MIXTURE + (0.0 if self._has_sides else OF_SPIKES - _share("bent edges"))
+        """Share of the tolerance for mixtures: larger where neither spikes nor an obstruction take theirs."""
+        taken = self._has_sides or _obstruction(self.job.system.lens) > 0.0
+        return OF_MIXTURE + (0.0 if taken else OF_SPIKES - _share("bent edges"))
 
     @cached_property
     def _thrown(self) -> float:
