@@ -329,6 +329,17 @@ def test_samples_wider_than_the_frame():
     assert worst(white, 1.0) <= 1e-4 + 4 * 2.0 * 4.0 / (np.pi**3 * 3300.0)
 
 
+def test_an_ellipse_over_a_picture():
+    """Its check drew arcs as chords between their ends, smaller than they are: an alarm of 4 tolerances."""
+    picture = camsim.Picture(planes=np.full((3, 5), 0.9), width_um=80.0, interpolation="squares", rotate_deg=45.0)
+    drawn = camsim.Rectangle(width_um=80.0, height_um=48.0, reflectance=0.9, rotate_deg=45.0)
+    over = camsim.Ellipse(radius_x_um=8.0, radius_y_um=4.0, centre_um=(1.0, 2.0), reflectance=0.1)
+    optics = [camsim.Airy(f_number=4.8), camsim.SquarePhotosite(side_um=0.0)]
+    how = {"background": 0.5, "optics": optics, "grid": camsim.Grid(rows=16, cols=16, pitch_um=4.0)}
+    found, right = (rendered(one, over, tolerance=1e-6, **how) for one in (picture, drawn))
+    assert worst(found, right) <= 1e-6
+
+
 @pytest.mark.parametrize("precision", [1e-4, 1e-8])
 @pytest.mark.parametrize(
     ("interpolation", "angle"), [("squares", 31.0), ("linear", 90.0), ("cubic", 0.0), ("cubic", 3.0)]

@@ -324,6 +324,14 @@ def test_edges_that_leave_the_frame_s_corner(size):
     assert np.abs(coarse.image - fine.image).max() <= 0.3e-3
 
 
+def test_light_below_the_tolerance():
+    """No mixture of transfers is worth its place: there was none, and a traceback."""
+    corners_um = middle_um(window()) + np.array([[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]])
+    scene = camsim.Scene(background=1e-4, shapes=[camsim.Polygon(points_um=corners_um.tolist(), reflectance=0.0)])
+    found = rendered(revolved(), scene, window(), tolerance=4e-3)
+    assert 0.0 < found.image.max() <= 1.1e-4
+
+
 def test_an_outline_that_closes_smoothly_is_no_line():
     """A whole disc was one run whose ends met: its places along a chord of rounding overflowed."""
     disc = camsim.Disc(radius_um=12.0 * 4.88, centre_um=(-1400.0 * 4.88, -940.0 * 4.88), reflectance=0.1)

@@ -199,11 +199,14 @@ class Fields:
         for x, y, radius, first, turn in np.stack([o.x, o.y, o.dx, o.from_rad, o.turn_rad], axis=1)[~straight].tolist():
             side = min(math.cbrt(72.0 * radius * self.allowed), 0.5 / self.highest)
             count = math.ceil(max(radius * abs(turn) / side, abs(turn) / MOST_TURN))
+            count += count in (1, 3)
             angle = first + turn * np.arange(count + 1) / count
-            # A polygon with the area of the curve has its corners outside it.
+            # A polygon with the area of the curve has its corners outside it, but for ends, whose neighbours make up.
             part = abs(turn) / count
             out = np.full(count + 1, radius * math.sqrt(part / math.sin(part)))
             if abs(turn) < 2.0 * math.pi * (1.0 - 1e-12):
+                beside = radius if count == 2 else out[1]
+                out[[1, -2]] = 2.0 * radius**2 * part / (math.sin(part) * (radius + beside))
                 out[[0, -1]] = radius
             corners = np.stack([x + out * np.cos(angle), y + out * np.sin(angle)], axis=1)
             starts.append(corners[:-1])

@@ -256,6 +256,7 @@ class _Part:
             seen = np.einsum("...nd,nd->...d", np.abs(modes), edge).max(axis=-1).sum(axis=-1)
             beyond = np.sqrt(np.cumsum(((seen * fresh) ** 2)[:, ::-1], axis=1)[:, ::-1].max(axis=0))
             retained = int(np.count_nonzero(beyond[: len(flat) - vectors.shape[1]] > allowed))
+            retained = max(retained, 1 - k - vectors.shape[1])  # at least one, however little light there is
             vectors = np.linalg.qr(np.concatenate([vectors, fresh[:, :retained]], axis=1))[0]
             numbers[k] = vectors.shape[1]
         retained = vectors.shape[1]
