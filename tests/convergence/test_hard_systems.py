@@ -498,7 +498,7 @@ def test_levels_share_frequencies_as_exactly_as_the_tolerance_asks(cut, leak, pa
 
     The level of a spike's reach is a hundred times as wide as the window that it leaves to the next.
     """
-    levels = levels_of(cut, 25.0, 1e-12, leak, 10.0, 0.01, passed=passed)
+    levels = levels_of(cut, 25.0, 1e-12, leak, 0.01, passed=passed)
     assert levels[1].reach == (passed or 100.0)
     for level in levels:
         values, per = level.shares(leak)

@@ -160,7 +160,7 @@ def _both(o: Outlines, e: int, f: int, x: float, y: float, room: float, same: fl
 
 @kernel()
 def _crossings(o: Outlines, ends: F64, e: int, f: int, same: float, out: F64) -> int:
-    """Write where part ``e`` meets part ``f``, as fractions of ``e``; return how many (at most six)."""
+    """Write where part ``e`` meets part ``f``, as fractions of ``e``; return how many (at most four)."""
     count = 0
     if o.turn_rad[e] == 0.0 and o.turn_rad[f] == 0.0:
         begin = (o.x[f] - o.x[e]) * o.dy[e] - (o.y[f] - o.y[e]) * o.dx[e]

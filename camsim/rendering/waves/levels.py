@@ -140,7 +140,6 @@ def levels_of(
     first: float,
     light: float,
     leak: float,
-    farthest: float,
     tail: float,
     extent: float = 0.0,
     width: float = math.inf,
@@ -152,7 +151,6 @@ def levels_of(
     first    : reach of the first level, pitches
     tail     : c of a tail c/r, which bounds the light of an edge r pitches away; 0: the PSF ends at ``first``
     light    : light that may be neglected;  leak: error allowed to the windows' kernels
-    farthest : distance of the farthest source, pitches
     extent   : extent of the footprint of photosite and low-pass filter, which widens a window's kernel
     width    : diameter of the scenery, if its light falls as the PSF, with the third power of the distance
     passed   : reach, if farther than the first, of the frequencies that photosites pass
@@ -170,7 +168,7 @@ def levels_of(
         takes = Window.passed(leak)
         first = max(first, taper_margin(leak)[0] / (takes.end - takes.begin) + extent)
         levels.append(Level(cut, first, None, takes))
-    while lost(reach) > light and (reach < 4.0 * farthest or lost(reach) > 0.3 * light):
+    while lost(reach) > light:
         window = Window.reaching(reach - extent, leak)
         if window.end >= cut:
             reach *= 2.0

@@ -224,7 +224,7 @@ class WavesPlan:
             reach = (
                 max(lens.reach_um(0.1 * lost, nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
             )
-            return levels_of(cut, reach + extent + self._support, lost, leak, farthest, 0.0)
+            return levels_of(cut, reach + extent + self._support, lost, leak, 0.0)
         near = NEAR if max(job.grid.rows, job.grid.cols) <= LARGE else NEAR_OF_LARGE
         tail = 2.0 * CIRCLE_TAIL * longest / (1.0 - _obstruction(lens))
         spot = 0.0
@@ -257,7 +257,7 @@ class WavesPlan:
         nearer, more = self.settings.nearer, spot + extent
         first = max(self.settings.farther * (near + more), nearer * (hardly + more)) + self._support
         passed = nearer * (spikes + more) + self._support
-        return levels_of(cut, first, lost, leak, farthest, tail, extent, self._compact(boxes), passed)
+        return levels_of(cut, first, lost, leak, tail, extent, self._compact(boxes), passed)
 
     @property
     def _layers(self) -> Sequence[Layer | PointLayer]:
