@@ -568,9 +568,8 @@ def spot_um(lens: OfPupil, wavelength_nm: float) -> float:
     angle = 2.0 * np.pi * np.arange(32) / 32
     radius = outer * np.array([[0.4], [0.7], [1.0]])
     x, y, step = (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel(), 1e-3
-    sides = np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
-    beside_x, beside_y = (at + step * side[:, None] for at, side in zip((x, y), sides.T, strict=True))
-    right, left, below, above = lens.waves(beside_x.ravel(), beside_y.ravel(), wavelength_nm).reshape(4, -1)
+    dx, dy = step * np.array([(1, -1, 0, 0), (0, 0, 1, -1)])[..., None]
+    right, left, below, above = lens.waves((x + dx).ravel(), (y + dy).ravel(), wavelength_nm).reshape(4, -1)
     across, down = (right - left) / (2.0 * step), (below - above) / (2.0 * step)
     return 2.0 * lens.blur_um(wavelength_nm) * float(np.hypot(across, down).max())
 
